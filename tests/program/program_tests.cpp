@@ -430,7 +430,7 @@ TEST_CASE("program: new makes a scene from two parts in millimeters", "[program]
     // Parts of 20 m are the usual sign of a wrong unit.
     answer = touchstone("new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
                         " --unit m --leaves 64 -o " + touchstone.file("ab.glb"));
-    CHECK_THAT(answer.out, Contains("warning") && Contains("check its unit"));
+    CHECK_THAT(answer.out, Contains("warning") && Contains("is its unit right?") && Contains("--unit mm"));
 }
 
 TEST_CASE("program: a picture needs no display, and shows the largest force unless a time is given", "[program][gl]") {

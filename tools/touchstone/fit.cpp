@@ -1,8 +1,11 @@
 // touchstone fit: whether the tool fits where it should go, and which settings it needs.
+#include <spdlog/spdlog.h>
+
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "haptics/device/emergency_stop.hpp"
 #include "haptics/sandbox/measure/fit_check.hpp"
 #include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/console.hpp"
@@ -31,6 +34,9 @@ void printJson(const sandbox::HapticScene& scene, const sandbox::FitCheck& fit) 
     ordered_json json{{"scene", sandbox::sceneName(scene)}, {"fits", fit.fits()}, {"verdict", fit.verdict}};
     json["goal"] = fit.goal ? roomJson(scene, *fit.goal) : ordered_json();
     json["least"] = fit.least ? roomJson(scene, *fit.least) : ordered_json();
+    const auto& [raised, turned] = fit.free;
+    if (raised) json["fits_when"]["raised_mm"] = *raised;
+    if (turned) json["fits_when"]["turned_rad"] = turned->turn;
     json["error_mm"] = fit.error;
     json["geometry"] = fit.spheres ? "spheres" : "mesh";
     json["settings"] = ordered_json::object();
@@ -63,17 +69,24 @@ int fit(const FitCommand& command) {
     const sandbox::HapticScene scene =
         sandbox::openScene(findScene(command.scene),
                            {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar(), .adjust = adjust});
-    const sandbox::FitCheck found = *sandbox::checkFit(sandbox::fitQuestion(scene), adjust(scene.settings));
+    if (scene.unit) spdlog::warn("{}", scene.unit->text);
+    const sandbox::SceneProgress bar = progressBar("measuring the fit of");
+    const auto found = sandbox::checkFit(sandbox::fitQuestion(scene), adjust(scene.settings), [&](double fraction) {
+        return bar({.part = sandbox::sceneName(scene), .fraction = fraction});
+    });
+    if (!found) return kSignalled + StopRequest::signal();
     if (command.json)
-        printJson(scene, found);
+        printJson(scene, *found);
     else
-        print(scene, found);
-    return found.fits() ? kOk : kOutcomeUnmet;
+        print(scene, *found);
+    return found->fits() ? kOk : kOutcomeUnmet;
 }
 
 constexpr const char* kFitFooter =
     "Measures the clearance between the meshes at the goal and on the way in, or along the demonstration where there\n"
-    "is no goal: the largest that the tool finds by moving up to 1 mm.\n\n"
+    "is no goal: the largest that the tool finds by moving up to 1 mm (4 % of the reach of a smaller tool), and at\n"
+    "the goal within its tolerance. A goal inside an obstacle is named, with the turn or the height at which the tool\n"
+    "fits.\n\n"
     "Examples:\n"
     "  touchstone fit peg-h7                      0.01 mm, and what the contact distance leaves of it\n"
     "  touchstone fit spline-01 --geometry spheres  whether sphere trees are fine enough\n\n"

@@ -1,6 +1,8 @@
 // touchstone trials: runs the trials of a protocol that its folder does not contain yet.
 #include "tools/touchstone/trials.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <deque>
@@ -8,11 +10,13 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "engine/ui/user_files.hpp"
 #include "haptics/device/emergency_stop.hpp"
 #include "haptics/files/output_file.hpp"
 #include "haptics/sandbox/app/app_window.hpp"
+#include "haptics/sandbox/measure/goal_check.hpp"
 #include "haptics/sandbox/record/recorded_scene.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/trials/live_trials.hpp"
@@ -66,16 +70,21 @@ std::string besideProtocol(const fs::path& protocol, const std::string& scene) {
     return !fs::exists(scene, error) && fs::is_regular_file(beside, error) ? beside.string() : scene;
 }
 
-/// Finds the errors in a condition before the first trial, without building sphere trees.
-void checkCondition(const Condition& condition, bool headless) {
+/// Finds the errors in a condition before the first trial, without building sphere trees. A goal that the tool cannot
+/// reach is a warning, once a scene.
+void checkCondition(const Condition& condition, bool headless, std::set<std::string>& scenes) {
     sandbox::SceneOptions options;
-    options.buildWorld = false;
+    options.buildWorld = scenes.insert(condition.scene).second;
+    options.trees = false;
     const sandbox::HapticScene scene = sandbox::openScene(findScene(condition.scene), options);
     const auto fail = [&](const std::string& what) {
         throw std::runtime_error("condition '" + condition.name + "': " + what);
     };
     if (!scene.missing.empty()) fail(scene.missing);
     if (!scene.roles.goal) fail("the scene '" + condition.scene + "' has no goal: give a node the role goal");
+    if (scene.world)
+        if (const std::string doubt = sandbox::goalDoubt(*scene.world, *scene.roles.goal); !doubt.empty())
+            spdlog::warn("{}: {}", engine::escaped(sandbox::sceneName(scene)), doubt);
     condition.settings(scene.settings);
     sandbox::startDevice(scene, condition.device, headless ? nullptr : std::make_shared<MouseTarget>());
 }
@@ -204,8 +213,9 @@ int trials(const TrialsCommand& command) {
     if (!command.headless) requireDisplay();
     if (command.headless && command.uiScale) throw UsageError("--ui-scale needs a window: leave out --headless");
     SceneHashes scenes;
+    std::set<std::string> checked;
     for (const Condition& condition : protocol.conditions) {
-        checkCondition(condition, command.headless);
+        checkCondition(condition, command.headless, checked);
         scenes[condition.scene] = sandbox::hashOf(findScene(condition.scene));
     }
     claim(command.out, protocol);

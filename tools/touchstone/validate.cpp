@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/scene/text.hpp"
+#include "haptics/sandbox/measure/goal_check.hpp"
 #include "haptics/sandbox/scene/friction.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "tools/touchstone/command_line.hpp"
@@ -42,12 +43,14 @@ std::vector<std::string> warningsOf(const sandbox::HapticScene& scene) {
     const auto& goal = scene.roles.goal;
     const bool open = std::any_of(scene.defects.begin(), scene.defects.end(),
                                   [](const std::string& defects) { return !defects.empty(); });
-    if (const double depth = goal ? depthAt(goal->X_WT) : 0; depth > kOverlap)
-        warnings.push_back(engine::formatted(
-            "tool and obstacles overlap by %s at the goal, whose tolerance is %.3f mm: %s", lengthText(depth).c_str(),
-            goal->tolerance,
-            open ? "repair the open part first, since its spheres reach further than its mesh"
-                 : "touchstone fit says where"));
+    if (std::string doubt = goal ? sandbox::goalDoubt(*scene.world, *goal) : ""; !doubt.empty())
+        warnings.push_back(std::move(doubt));
+    else if (const double depth = goal ? depthAt(goal->X_WT) : 0; depth > kOverlap)
+        warnings.push_back(
+            engine::formatted("tool and obstacles overlap by %s at the goal, whose tolerance is %.3f mm: %s",
+                              lengthText(depth).c_str(), goal->tolerance,
+                              open ? "repair the open part first, since its spheres reach further than its mesh"
+                                   : "touchstone fit says where"));
     return warnings;
 }
 
@@ -106,9 +109,8 @@ int validate(const std::string& pathOrName) {
 constexpr const char* kValidateFooter =
     "The last lines say \"valid\", or \"valid, with N warnings\" and what they are: content that is ignored, unknown "
     "keys,\n"
-    "unlikely sizes, surfaces that are not closed, parts that overlap at the start or at the goal. "
-    "The\n"
-    "exit code is 0 with warnings, too, and 1 if the scene cannot be run.\n\n"
+    "unlikely sizes, surfaces that are not closed, parts that overlap at the start or at the goal, a goal in mid-air.\n"
+    "The exit code is 0 with warnings, too, and 1 if the scene cannot be run.\n\n"
     "Example:\n  touchstone validate part.glb\n";
 
 }  // namespace

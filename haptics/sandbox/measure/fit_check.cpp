@@ -1,8 +1,10 @@
 #include "haptics/sandbox/measure/fit_check.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <numbers>
 #include <stdexcept>
@@ -10,72 +12,67 @@
 #include "haptics/loop/step.hpp"
 #include "haptics/qp/solver.hpp"
 #include "haptics/surface/feature_pair_finder.hpp"
-#include "haptics/surface/surface_overlap.hpp"
 
 namespace touchstone::sandbox {
 namespace {
 
 constexpr int kFitRows = 1 << 16;    // of one linearization; nearer pairs come first by halving the step
 constexpr int kSteps = 30;           // linearizations at a pose
-constexpr double kFirstStep = 0.05;  // mm, of the first one
-constexpr double kLeastStep = 1e-5;  // mm, at which the search ends
+constexpr double kFirstStep = 0.05;  // of the range, of the first one
+constexpr double kLeastStep = 1e-5;  // of the range, at which the search ends
 constexpr int kHalvings = 12;        // of the interval in which the clearance of a linearization lies
-constexpr int kPoses = 12;           // on the way, about
-constexpr double kSpacing = 2;       // mm between them, at least
+constexpr int kTrials = 200;         // of moves out of an overlap
+constexpr double kFirstTrial = 0.25, kLeastTrial = 1e-3;  // of the range
+constexpr int kPoses = 12;                                // on the way, about
+constexpr double kSpacing = 0.1;                          // of the reach, and at most kFarthest: between them, at least
+constexpr double kFarthest = 2;                           // mm
 constexpr double kStuckForce = 0.5, kStuckMotion = 0.5, kStuckMs = 2000;  // N, mm, ms: of StuckWatch
-constexpr double kBeforeSeat = 0.5;  // mm before the goal, where the seat does not limit the room any more
-constexpr double kZero = 1e-4;       // mm: parts that overlap by less touch
-
-struct Nearest {
-    double clearance = INFINITY;
-    Vec3 p_W = Vec3::Zero();
-    std::size_t obstacle = 0;
-};
+constexpr double kLargestRange = 1, kRange = 0.04;                        // mm, and share of the reach: of fitRange()
+constexpr double kBeforeSeat = 0.5;  // ranges before the goal, where the seat does not limit the room
 
 class RoomFinder {
   public:
-    explicit RoomFinder(const World& world)
-        : world_(world), rows_(kFitRows), solver_(solverTable()[kExactSolver].make(kFitRows)) {
+    /// `go`: asked before each measurement; false ends the search.
+    RoomFinder(const World& world, std::function<bool()> go)
+        : world_(world),
+          go_(std::move(go)),
+          range_(fitRange(world)),
+          rows_(kFitRows),
+          solver_(solverTable()[kExactSolver].make(kFitRows)) {
         for (const Obstacle& obstacle : world.obstacles)
             finders_.push_back(std::make_unique<FeaturePairFinder>(*world.toolSurface, *obstacle.surface));
     }
 
-    /// The search ends when there is `enough` room, mm.
-    FitRoom at(const Pose& X_WT, double enough) {
+    /// The search ends when there is `enough` room, mm. `goal`: the pose is at it.
+    std::optional<FitRoom> at(const Pose& X_WT, double enough, const GoalRegion* goal) {
+        start_ = X_WT;
+        goal_ = goal;
         FitRoom room{.X_WT = X_WT};
-        Nearest near = nearest(X_WT, Overlap::Measured);
-        room.asPlaced = near.clearance;
-        if (near.clearance <= 0 && near.clearance < enough) near = apart(room.X_WT, nearest(X_WT), enough);
-        if (near.clearance > 0)
+        PartGap near = partGap(world_, X_WT, 2 * range_, Overlaps::Measured);
+        room.asPlaced = near.gap;
+        if (near.gap <= 0 && near.gap < enough) near = apart(room.X_WT, near, enough);
+        if (near.gap > 0)
             near = widen(room.X_WT, near, enough);
         else if (room.asPlaced < 0)
-            near = nearest(room.X_WT, Overlap::Measured);
-        room.clearance = std::min(near.clearance, kFitRange);
+            near = partGap(world_, room.X_WT, 2 * range_, Overlaps::Measured);
+        if (ended_) return {};
+        room.clearance = std::min(near.gap, range_);
         room.p_W = near.p_W;
         room.obstacle = near.obstacle;
         return room;
     }
 
   private:
-    /// What is done about parts that overlap. A search does without the points inside faces, which take long.
-    enum class Overlap { Impossible, Estimated, Measured };
-    Nearest nearest(const Pose& X_WT, Overlap expected = Overlap::Estimated) const {
-        Nearest found{.clearance = 2 * kFitRange};
-        for (std::size_t k = 0; k < world_.obstacles.size(); ++k) {
-            const Obstacle& obstacle = world_.obstacles[k];
-            const Pose X_OT = obstacle.X_WO.inverse() * X_WT;
-            const auto points = nearestPoints(*world_.toolSurface, *obstacle.surface, X_OT, found.clearance);
-            const bool inside =
-                expected != Overlap::Impossible && overlap(*world_.toolSurface, *obstacle.surface, X_OT);
-            const double clearance =
-                inside   ? -overlapDepth(*world_.toolSurface, *obstacle.surface, X_OT, expected == Overlap::Measured)
-                : points ? points->distance()
-                         : INFINITY;
-            if (clearance < found.clearance)
-                found = {std::abs(clearance) < kZero ? 0 : clearance,
-                         points ? obstacle.X_WO * points->onObstacle : X_WT * world_.p_TC(), k};
-        }
-        return found;
+    PartGap gapAt(const Pose& X_WT, Overlaps overlaps = Overlaps::Estimated) {
+        ended_ = ended_ || (go_ && !go_());
+        return ended_ ? PartGap{-INFINITY} : partGap(world_, X_WT, 2 * range_, overlaps);
+    }
+
+    /// Whether the tool may be moved there: within the range, and within the tolerance of the goal.
+    bool allowed(const Pose& X_WT) const {
+        const Vec3 moved = X_WT * world_.p_TC() - start_ * world_.p_TC();
+        const double turned = logRotation(X_WT.q * start_.q.conjugate()).norm() * world_.reach();
+        return moved.norm() <= range_ && turned <= range_ && (!goal_ || goal_->contains(X_WT));
     }
 
     /// X_WT after a move of C and a turn about it that bring it there, a turn of 1 rad counting as the tool's reach.
@@ -85,41 +82,48 @@ class RoomFinder {
         return {C + x.head<3>() - q * world_.p_TC(), q};
     }
 
-    /// Out of an overlap, if there is a way out nearby: tries directions one by one, with ever smaller steps.
-    Nearest apart(Pose& X_WT, Nearest best, double enough) const {
-        const auto done = [&] { return best.clearance > 0 || best.clearance >= enough; };
-        for (double step = kFitRange / 4; step > kFitRange / 4000 && !done(); step /= 2)
+    /// Out of an overlap, if there is a way out nearby: tries the directions of the tool's axes one by one, with ever
+    /// smaller steps.
+    PartGap apart(Pose& X_WT, PartGap best, double enough) {
+        // No point of the tool moves by more than the range and a turn by as much.
+        if (-best.gap > 2 * range_) return best;
+        const Mat3 axes = X_WT.q.toRotationMatrix();
+        int trials = 0;
+        const auto done = [&] { return ended_ || trials >= kTrials || best.gap > 0 || best.gap >= enough; };
+        const double range = goal_ ? std::min(range_, goal_->tolerance) : range_;
+        for (double step = kFirstTrial * range; step > kLeastTrial * range && !done(); step /= 2)
             for (bool better = true; better && !done();) {
                 better = false;
-                for (int axis = 0; axis < 6; ++axis)
-                    for (const double sign : {1.0, -1.0}) {
-                        const Pose tried = after(X_WT, sign * step * Vec6::Unit(axis));
-                        const Nearest there = nearest(tried);
-                        if (there.clearance <= best.clearance) continue;
-                        best = there;
-                        X_WT = tried;
-                        better = true;
-                        if (done()) return best;
-                    }
+                for (int k = 0; k < 12 && !done(); ++k) {
+                    Vec6 move = Vec6::Zero();
+                    move.segment<3>(k / 6 * 3) = (k % 2 ? -step : step) * axes.col(kAxes[std::size_t(k % 6 / 2)]);
+                    const Pose tried = after(X_WT, move);
+                    if (!allowed(tried)) continue;
+                    ++trials;
+                    const PartGap there = gapAt(tried);
+                    if (there.gap <= best.gap) continue;
+                    best = there;
+                    X_WT = tried;
+                    better = true;
+                    --k;  // again the same way
+                }
             }
         return best;
     }
 
-    Nearest widen(Pose& X_WT, Nearest best, double enough) {
-        const Pose start = X_WT;
-        double step = kFirstStep;
-        for (int i = 0; i < kSteps && step > kLeastStep && best.clearance < enough; ++i) {
-            const std::optional<Vec6> x = linearized(X_WT, best.clearance, step);
+    PartGap widen(Pose& X_WT, PartGap best, double enough) {
+        double step = kFirstStep * range_;
+        for (int i = 0; i < kSteps && step > kLeastStep * range_ && best.gap < enough; ++i) {
+            const std::optional<Vec6> x = linearized(X_WT, best.gap, step);
             const Pose tried = x ? after(X_WT, *x) : X_WT;
             // Nothing crosses a surface in a move that is shorter than its distance.
-            const Nearest there =
-                x ? nearest(tried, 4 * step < best.clearance ? Overlap::Impossible : Overlap::Estimated) : best;
-            const bool near = (tried * world_.p_TC() - start * world_.p_TC()).norm() <= kFitRange;
-            if (there.clearance <= best.clearance + 1e-9 || !near) {
+            const PartGap there =
+                x ? gapAt(tried, 4 * step < best.gap ? Overlaps::Impossible : Overlaps::Estimated) : best;
+            if (there.gap <= best.gap + 1e-9 || !allowed(tried)) {
                 step /= 4;
                 continue;
             }
-            if (there.clearance > best.clearance + step / 2) step *= 2;
+            if (there.gap > best.gap + step / 2) step *= 2;
             best = there;
             X_WT = tried;
         }
@@ -171,14 +175,21 @@ class RoomFinder {
         return best;
     }
 
+    static constexpr std::array<int, 3> kAxes{1, 0, 2};  // the way out is a goal's y
+
     const World& world_;
+    const std::function<bool()> go_;
+    const double range_;
+    Pose start_;
+    const GoalRegion* goal_ = nullptr;
+    bool ended_ = false;  // by go_
     std::vector<std::unique_ptr<FeaturePairFinder>> finders_;
     RowSet rows_;
     std::unique_ptr<Solver> solver_;
 };
 
 /// Poses of the tool from the goal outward, with their distance from it; straight out by `reach` if nothing is known.
-std::vector<std::pair<double, Pose>> wayOut(const GoalRegion& goal, double reach) {
+std::vector<std::pair<double, Pose>> wayOut(const GoalRegion& goal, double reach, double range) {
     std::vector<Pose> corners{Pose{}};
     corners.insert(corners.end(), goal.way.rbegin(), goal.way.rend());
     if (goal.way.empty()) corners.push_back({{0, goal.depth > 0 ? goal.depth : reach, 0}});
@@ -190,7 +201,7 @@ std::vector<std::pair<double, Pose>> wayOut(const GoalRegion& goal, double reach
         length += lengths.back();
     }
     std::vector<std::pair<double, Pose>> way{{0, goal.X_WT}};
-    const double spacing = std::max(kSpacing, length / kPoses);
+    const double spacing = std::max(std::min(kFarthest, kSpacing * reach), length / kPoses);
     double passed = 0;
     for (std::size_t i = 0; i < lengths.size(); ++i) {
         const Vec6 move = incrementBetween(corners[i], corners[i + 1]);
@@ -199,7 +210,7 @@ std::vector<std::pair<double, Pose>> wayOut(const GoalRegion& goal, double reach
             if (goal.lead != 0) X_GT.q = expRotation({0, 2 * std::numbers::pi * X_GT.p.y() / goal.lead, 0});
             way.emplace_back(passed + share * lengths[i], goal.X_WT * X_GT);
         };
-        if (i == 0 && lengths[0] > 2 * kBeforeSeat) add(kBeforeSeat / lengths[0]);
+        if (const double before = kBeforeSeat * range; i == 0 && lengths[0] > 2 * before) add(before / lengths[0]);
         const int pieces = std::max(1, int(std::lround(lengths[i] / spacing)));
         for (int k = 1; k <= pieces; ++k) add(double(k) / pieces);
         passed += lengths[i];
@@ -243,8 +254,10 @@ std::string placeOf(const World& world, const FitRoom& room) {
 void judge(const FitQuestion& question, const Settings& settings, FitCheck& fit) {
     const World& world = *question.world;
     fit.error = settings.contactDistance;
+    const std::string doubt = question.goal ? midAirDoubt(world, *question.goal) : "",
+                      also = doubt.empty() ? "" : "; " + doubt;
     if (!fit.least) {
-        fit.verdict = "there is room: more than " + mm(kFitRange) + " everywhere";
+        fit.verdict = "has room: more than " + mm(fitRange(world)) + " everywhere" + also;
         return;
     }
     const std::size_t k = fit.least->obstacle;
@@ -253,16 +266,21 @@ void judge(const FitQuestion& question, const Settings& settings, FitCheck& fit)
         fit.error = world.tool->certificate.protrusion + world.obstacles[k].tree->certificate.protrusion;
     const double room = fit.least->clearance;
     if (room > fit.error) {
-        fit.verdict = (fit.goal ? "goes in with " : "passes with ") + mm(room - fit.error) + " to spare";
+        fit.verdict = (fit.goal ? "goes in with " : "passes with ") + mm(room - fit.error) + " to spare" + also;
         return;
     }
-    if (room <= 0) {
+    if (room < 0 && fit.goal && fit.goal->clearance < 0) {
+        fit.cause = insideClause(world, {fit.least->asPlaced, fit.least->p_W, k}, fit.free);
+    } else if (room < 0) {
         fit.cause = "the parts overlap by " + mm(-room) + " " + placeOf(world, *fit.least);
         if (fit.least->depth > 0)
             fit.cause += text(", %.1f mm before the goal", fit.least->depth) +
                          (question.goal->way.empty() ? "; check the place of the goal and its +y, the way out; parts "
                                                        "that do not go straight in need a way"
                                                      : "");
+    } else if (room == 0) {
+        fit.cause = "no clearance: contacts are kept " + mm(fit.error) + " apart, and the parts touch " +
+                    placeOf(world, *fit.least);
     } else if (fit.spheres) {
         fit.cause = "sphere trees reach out " + mm(fit.error) + " into a clearance of " + mm(room);
         if (world.hasMeshes(k)) fit.advice = {{"mode", "default"}, {"geometry", "mesh"}};
@@ -270,10 +288,12 @@ void judge(const FitQuestion& question, const Settings& settings, FitCheck& fit)
         fit.cause = "contacts are kept " + mm(fit.error) + " apart in a clearance of " + mm(room);
         fit.advice = {{"contact_distance", text("%.2g", room / 4)}};
     }
-    fit.verdict = (room > 0 ? "sticks: " : "does not go in: ") + fit.cause;
+    fit.verdict = (room >= 0 ? "sticks: " : "does not go in: ") + fit.cause;
 }
 
 }  // namespace
+
+double fitRange(const World& world) { return std::min(kLargestRange, kRange * world.reach()); }
 
 FitQuestion fitQuestion(const HapticScene& scene) {
     if (!scene.world) throw std::runtime_error(sceneName(scene) + ": " + scene.missing);
@@ -295,19 +315,29 @@ std::optional<FitCheck> checkFit(const FitQuestion& question, const Settings& se
     const World& world = *question.world;
     const auto& goal = question.goal;
     FitCheck fit;
-    RoomFinder finder(world);
-    const auto poses = goal ? wayOut(*goal, world.reach()) : demonstrated(*question.demonstration, world, settings);
+    const double range = fitRange(world);
+    std::size_t passed = 0;
+    const auto poses =
+        goal ? wayOut(*goal, world.reach(), range) : demonstrated(*question.demonstration, world, settings);
+    const auto go = [&] { return !progress || progress(double(passed) / double(poses.size())); };
+    RoomFinder finder(world, go);
     for (const auto& [depth, X_WT] : poses) {
-        if (progress && !progress(double(fit.rooms.size()) / double(poses.size()))) return {};
-        // Parts that overlap all along do so by nearly the same; where a little more is not worth a search.
-        const double least = fit.least ? fit.least->clearance : kFitRange, enough = std::min(least, 1.1 * least);
-        FitRoom room = finder.at(X_WT, enough);
-        room.depth = depth;
+        if (!go()) return {};
+        const double enough = fit.least ? fit.least->clearance : range;
+        const bool atGoal = goal && !fit.goal;
+        std::optional<FitRoom> room = finder.at(X_WT, enough, atGoal ? &*goal : nullptr);
+        if (!room) return {};
+        room->depth = depth;
         // At the goal the seat limits the room, so that only an overlap counts.
-        const bool seated = goal && !fit.goal && room.clearance > 0;
-        if (goal && !fit.goal) fit.goal = room;
-        if (!seated && room.clearance < enough) fit.least = room;
-        fit.rooms.push_back(room);
+        if (atGoal) fit.goal = room;
+        if (!(atGoal && room->clearance > 0) && room->clearance < enough) fit.least = room;
+        fit.rooms.push_back(*room);
+        ++passed;
+        if (room->clearance < 0) break;  // it does not go in, whatever the rest of the way leaves
+    }
+    if (fit.goal && fit.goal->clearance < 0) {
+        fit.free = freePlaces(world, *goal, progress ? [&](double) { return go(); } : MeasureProgress());
+        if (!go()) return {};
     }
     judge(question, settings, fit);
     return fit;
@@ -337,6 +367,8 @@ std::string stuckSentence(const HapticScene& scene, const TickRecord& last, cons
     if (tilt > std::min(0.005, goal->toleranceAngle)) sentence += text(", tilted by %.3f rad", tilt);
     if (aside > goal->tolerance) sentence += text(", %.2f mm beside its axis", aside);
     if (turned > goal->toleranceAngle) sentence += text(", turned by %.3f rad from it", turned);
+    if (goal->lead != 0 && above < 0)
+        sentence += text(", so turn it back by %.2f rad", 2 * std::numbers::pi * above / -std::abs(goal->lead));
     if (!why) return sentence;
     try {
         const std::optional<FitCheck> fit = checkFit(fitQuestion(scene), settings);

@@ -9,6 +9,7 @@
 
 #include "haptics/loop/settings.hpp"
 #include "haptics/sandbox/measure/background.hpp"
+#include "haptics/sandbox/measure/goal_check.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 
 namespace touchstone::sandbox {
@@ -16,7 +17,7 @@ namespace touchstone::sandbox {
 /// A clearance that the tool reaches by moving a little from a pose: the largest one, or one that is larger than at the
 /// poses before.
 struct FitRoom {
-    double clearance = 0;      ///< mm on each side, at most kFitRange; negative: the parts overlap
+    double clearance = 0;      ///< mm on each side, at most fitRange(); negative: the parts overlap
     double asPlaced = 0;       ///< mm, at the pose itself, before the tool moved; negative likewise
     Pose X_WT;                 ///< where the tool has that clearance
     Vec3 p_W = Vec3::Zero();   ///< where the parts are nearest there, mm
@@ -24,13 +25,15 @@ struct FitRoom {
     double depth = 0;          ///< of the pose on the way, mm before the goal
 };
 
-/// mm by which the tool may move from a pose to have more room; more room than that is no fit.
-inline constexpr double kFitRange = 1;
+/// mm by which the tool may move from a pose to have more room, a turn of 1 rad counting as its reach; more room than
+/// that is no fit. 1 mm, and less for a tool with a reach below 25 mm. At the goal it also stays within its tolerance.
+double fitRange(const World& world);
 
 struct FitCheck {
     std::vector<FitRoom> rooms;    ///< at the goal and on the way in, or along the demonstration
     std::optional<FitRoom> goal;   ///< nothing without a goal
-    std::optional<FitRoom> least;  ///< nothing if all the rooms are kFitRange
+    std::optional<FitRoom> least;  ///< nothing if all the rooms are fitRange()
+    FreePlaces free;               ///< beside a goal where the parts overlap
     double error = 0;              ///< mm that the geometry of the settings takes from the room
     bool spheres = false;          ///< the error is of sphere trees
     std::string verdict;           ///< completes "the tool ..." to a sentence
@@ -52,7 +55,8 @@ FitQuestion fitQuestion(const HapticScene& scene);
 /// Measures the room between the meshes at the goal and at poses on the way to it (GoalRegion::way; otherwise straight
 /// out, with the turns of a thread), or, without a goal, at the poses of the tool that a run of the demonstration
 /// passes. Exact distances of the meshes; the best pose nearby is found by linearization with shrinking steps, so that
-/// the clearance is a lower bound. Allocates; takes up to some seconds. Nothing if `progress` ended it.
+/// the clearance is a lower bound. Ends at the first pose where the parts overlap. Allocates; takes up to some seconds.
+/// Nothing if `progress` ended it.
 std::optional<FitCheck> checkFit(const FitQuestion& question, const Settings& settings,
                                  const MeasureProgress& progress = {});
 

@@ -11,7 +11,11 @@ namespace {
 constexpr struct {
     double scale;
     const char* question;
-} kUnits[] = {{0.001, "millimeters"}, {0.01, "centimeters"}, {0.0254, "inches"}, {1000, nullptr}};
+} kUnits[] = {{0.001, "millimeters had been taken for meters"},
+              {0.01, "centimeters had been taken for meters"},
+              {0.0254, "inches had been taken for meters"},
+              {25.4, "inches had been taken for millimeters"},
+              {1000, "millimeters had been converted twice"}};
 
 std::string sized(double mm) {
     char text[40];
@@ -33,10 +37,8 @@ std::optional<UnitQuestion> unitQuestion(const std::vector<std::string>& labels,
     const auto most =
         unit->scale < 1 ? std::max_element(sizes.begin(), sizes.end()) : std::min_element(sizes.begin(), sizes.end());
     const std::string& label = labels[std::size_t(most - sizes.begin())];
-    return UnitQuestion{unit->scale,
-                        label + " is " + sized(*most) + " across: should it be " + sized(*most * unit->scale) +
-                            (unit->question ? std::string(", as if ") + unit->question + " had been taken for meters?"
-                                            : ", as if millimeters had been converted twice?")};
+    return UnitQuestion{unit->scale, label + " is " + sized(*most) + " across: should it be " +
+                                         sized(*most * unit->scale) + ", as if " + unit->question + "?"};
 }
 
 std::vector<engine::SceneEdit> scaled(const engine::Scene& scene, double scale) {

@@ -9,7 +9,7 @@
 namespace touchstone::sandbox {
 
 /// mm: parts of other sizes suggest a wrong unit.
-inline constexpr double kSmallestPart = 1, kLargestPart = 1000;
+inline constexpr double kSmallestPart = 5, kLargestPart = 1000;
 
 /// What to ask about parts of unlikely sizes.
 struct UnitQuestion {
@@ -17,7 +17,8 @@ struct UnitQuestion {
     std::string text;  ///< one sentence, a question
 };
 /// `sizes`: of the parts named `labels`, mm. Nothing if all are likely, or if neither millimeters, centimeters nor
-/// inches that were taken for meters, nor millimeters that were converted twice, explain them.
+/// inches that were taken for meters, nor inches that were taken for millimeters, nor millimeters that were converted
+/// twice, explain them.
 std::optional<UnitQuestion> unitQuestion(const std::vector<std::string>& labels, const std::vector<double>& sizes);
 
 /// The edits that scale a scene about the origin. Throws engine::SceneError if a root is animated: edits leave

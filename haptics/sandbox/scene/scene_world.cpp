@@ -155,7 +155,9 @@ class PartMaker {
         if (size >= kSmallestPart && size <= kLargestPart) return;
         std::ostringstream text;
         text << label << " is " << size << " mm across, outside " << kSmallestPart << " mm to " << kLargestPart / 1000
-             << " m: check its unit, since glTF is in meters";
+             << " m: is its unit right? glTF is in meters, and touchstone new reads other files with --unit mm, cm, m "
+                "or "
+                "in";
         warnings_.push_back(text.str());
     }
 
@@ -221,7 +223,7 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Setting
 
     const bool all = options.allTrees || geometryOf(settings) == Geometry::Spheres;
     std::vector<std::size_t> bySpheres;
-    for (std::size_t k = 0; k < world->obstacles.size(); ++k)
+    for (std::size_t k = 0; options.trees && k < world->obstacles.size(); ++k)
         if (all || !world->hasMeshes(k) || world->toolAsksForSpheres || world->obstacles[k].asksForSpheres)
             bySpheres.push_back(k);
     if (!bySpheres.empty()) world->tool = parts.tree(roles.tool, 1 + bySpheres.size());

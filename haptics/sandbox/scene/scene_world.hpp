@@ -33,6 +33,7 @@ struct SceneOptions {
     SceneProgress progress;
     int leaves = 0;          ///< maximum leaf count of every part, in place of the scene's; 0: the scene's
     bool buildWorld = true;  ///< false: everything except the world, which stays null
+    bool trees = true;       ///< false: a world of meshes alone, which no tick may run in
     /// Trees of all parts. Otherwise only of those that touch by spheres: all with a Geometry::Spheres, or those of an
     /// open mesh and those whose file asks for spheres.
     bool allTrees = false;
