@@ -131,13 +131,136 @@ TEST_CASE("new: without assembled position the goal lies by its depth below the 
     CHECK(opened.roles.goal->depth == Approx(12.7));
     CHECK(opened.roles.goal->tolerance == Approx(2));
     CHECK(opened.motions.empty());
-    CHECK_THAT(made.out, !Contains("warning"));
+    CHECK_THAT(made.out, !Contains("check --goal"));
+    CHECK_THAT(made.out, Contains("warning: at its goal the tool does not fit"));  // the plate has no hole
     // A plate of half an inch that is read as half a millimeter.
     const Answer wrong = touchstone("new --tool " + touchstone.file("tool.obj") + " --obstacle " +
                                     touchstone.file("plate.obj") + " --goal 12.7mm -o " + touchstone.file("b.glb"));
     CHECK_THAT(wrong.out,
                Contains("warning: at the goal the tool is 12.7 mm below the top of obstacles that are 0.5 mm "
                         "high: check --goal, --unit and --axis"));
+}
+
+TEST_CASE("new: a goal inside an obstacle or in mid-air is named by all commands, in every unit", "[program]") {
+    const Program touchstone;
+    const auto study = [&](const std::string& scene) {
+        std::ofstream(touchstone.file("study.json"))
+            << R"({"format": "touchstone trials", "version": 1, "participants": 1, "time_limit_s": 0.1, "scene": ")"
+            << scene << R"(", "conditions": [{"name": "a"}]})";
+        fs::remove_all(touchstone.file("study"));
+        return touchstone("trials study.json --headless --out study").err;
+    };
+    for (const auto& [unit, mm] : {std::pair("mm", 1.0), std::pair("m", 1000.0), std::pair("in", 25.4)})
+        for (const double inside : {0.01, 0.1, 1.27, -31.0}) {  // mm; the goal's tolerance is 0.245 mm
+            INFO(unit << ", " << inside << " mm inside");
+            const double aside = inside < 0 ? 15 - inside : 0;
+            writeBox(touchstone.file("tool.obj"), glm::dvec3(aside - 5, 0, -5) / mm, glm::dvec3(aside + 5, 20, 5) / mm);
+            writeBox(touchstone.file("plate.obj"), glm::dvec3(-10, -10, -10) / mm, glm::dvec3(10, 0, 10) / mm);
+            std::ostringstream goal;
+            goal << " --goal " << std::abs(inside < 0 ? 1 : inside) / mm;
+            const Answer made = touchstone("new --tool tool.obj --obstacle plate.obj --unit " + std::string(unit) +
+                                           goal.str() + " -o a.glb");
+            INFO(made.out << made.err);
+            REQUIRE(made.code == 0);
+            const Answer fit = touchstone("fit a.glb --json");
+            INFO(fit.out << fit.err);
+            const std::string verdict = json::parse(fit.out).at("verdict");
+            if (inside < 0) {
+                const std::string said =
+                    "at its goal the tool is 31 mm from every obstacle: are the parts on one axis?";
+                CHECK_THAT(made.out, Contains(said));
+                CHECK_THAT(verdict, Contains(said));
+                CHECK_THAT(touchstone("validate a.glb").out, Contains(said));
+                CHECK_THAT(study("a.glb"), Contains(said));
+            } else if (inside > 1) {
+                CHECK(fit.code == 3);
+                CHECK(json::parse(fit.out).at("fits_when").at("raised_mm") == Approx(inside).margin(1e-3));
+                for (const std::string& said : {made.out, verdict, touchstone("validate a.glb").out, study("a.glb")})
+                    CHECK_THAT(said, Contains("the goal lies 1.270 mm inside \"plate\""));
+            } else {
+                CHECK(fit.code == 0);
+                CHECK_THAT(made.out, !Contains("warning"));
+            }
+        }
+}
+
+TEST_CASE("new: sizes that suggest another unit are asked about, with the option that gives it", "[program]") {
+    const Program touchstone;
+    for (const double size : {0.25, 4.0, 10.0, 600.0, 2000.0}) {  // a cube's edge as it is read, mm
+        writeBox(touchstone.file("tool.obj"), {0, 0, 0}, glm::dvec3(size));
+        writeBox(touchstone.file("plate.obj"), {-10, -10, -10}, {10, 0, 10});
+        const Answer made = touchstone("new --tool tool.obj --obstacle plate.obj -o a.glb");
+        INFO(made.out << made.err);
+        REQUIRE(made.code == 0);
+        const double across = size * std::sqrt(3.0);
+        CHECK((made.out.find("is its unit right?") != std::string::npos) == (across < 5 || across > 1000));
+        CHECK((made.out.find("--unit mm, cm, m or in") != std::string::npos) == (across < 5 || across > 1000));
+    }
+    // All parts in inches that were read as millimeters: the scene says what they may be.
+    writeBox(touchstone.file("tool.obj"), {0, 0, 0}, {0.5, 1.5, 0.5});
+    writeBox(touchstone.file("plate.obj"), {-1, -1, -1}, {1, 0, 1});
+    const Answer made = touchstone("new --tool tool.obj --obstacle plate.obj --goal 0.1 -o a.glb");
+    CHECK_THAT(made.out, Contains("as if inches had been taken for millimeters?"));
+    CHECK_THAT(touchstone("fit a.glb").err, Contains("as if inches had been taken for millimeters?"));
+}
+
+namespace {
+
+/// Writes a part of the bundled nut as OBJ with +y up, turned about y, or as its mirror image.
+void writeThreaded(const std::string& file, const std::string& part, double turn, bool left, double mm) {
+    const engine::Scene scene = engine::readGltf(TOUCHSTONE_BINARY_DIR "/scenes/nut.glb");
+    std::ofstream out(file);
+    out.precision(9);
+    for (const engine::Entity node : scene.nodes) {
+        const auto* instance = scene.registry.find<engine::MeshInstance>(node);
+        if (!instance || scene.registry.get<engine::Name>(node).value != part) continue;
+        const engine::MeshData& mesh = *instance->primitives.front().mesh;
+        const glm::dquat q = glm::angleAxis(turn, glm::dvec3(0, 1, 0));
+        for (const glm::vec3& p : mesh.positions) {
+            const glm::dvec3 at = 1000 / mm * (q * glm::dvec3(p.x, p.y, left ? -p.z : p.z));
+            out << "v " << at.x << ' ' << at.y << ' ' << at.z << '\n';
+        }
+        for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
+            out << "f " << mesh.indices[i] + 1 << ' ' << mesh.indices[i + (left ? 2 : 1)] + 1 << ' '
+                << mesh.indices[i + (left ? 1 : 2)] + 1 << '\n';
+    }
+}
+
+}  // namespace
+
+TEST_CASE("new: a nut modeled out of phase is turned into its thread, and its demonstration screws it on",
+          "[program][slow]") {
+    const Program touchstone;
+    for (const bool left : {false, true}) {
+        const double mm = left ? 25.4 : 1, turn = left ? 0.3 : 2.2;
+        INFO((left ? "left" : "right") << "-handed, turned by " << turn);
+        writeThreaded(touchstone.file("nut.obj"), "nut", turn, left, mm);
+        writeThreaded(touchstone.file("bolt.obj"), "bolt", 0, left, mm);
+        const std::string parts = "new --tool nut.obj --obstacle bolt.obj --assembled --demo -o nut.glb";
+        const Answer made = touchstone(parts + (left ? " --unit in --thread -2mm" : " --thread 2"));
+        INFO(made.out << made.err);
+        REQUIRE(made.code == 0);
+        CHECK_THAT(made.out, Contains(left ? "left-handed, 2 mm per turn" : "right-handed, 2 mm per turn") &&
+                                 !Contains("warning"));
+        const sandbox::HapticScene scene = open(touchstone.file("nut.glb"));
+        REQUIRE(scene.roles.goal);
+        CHECK(scene.roles.goal->lead == Approx(left ? -2 : 2));
+        const Quat q = scene.roles.goal->X_WT.q;
+        CHECK(foldedTwist(q, 1) == Approx(-turn).margin(0.02));  // the play is 0.18 rad to either side
+        const Answer fit = touchstone("fit nut.glb");
+        INFO(fit.out);
+        CHECK(fit.code == 0);
+        CHECK_THAT(fit.out, Contains("goes in with 0.04"));  // 0.0485 mm of clearance, docs/scenes.md
+        if (left) continue;                                  // one screws on: it takes a minute of simulated contact
+        const Answer run = touchstone("run nut.glb --headless");
+        INFO(run.out);
+        CHECK(run.code == 0);
+        CHECK_THAT(run.out, Contains("expected outcome: met"));
+    }
+    const Answer wrong =
+        touchstone("new --tool nut.obj --obstacle bolt.obj --unit in --assembled --thread 2mm -o nut.glb");
+    CHECK(wrong.code == 0);
+    CHECK_THAT(wrong.out, Contains("warning") && Contains("the lead of a left-handed thread is negative"));
 }
 
 TEST_CASE("new: the way out may be any axis, and z may be up", "[program]") {
@@ -201,6 +324,9 @@ TEST_CASE("new: options that do not fit are refused in one sentence", "[program]
     const std::string out = " -o " + touchstone.file("x.glb");
     const std::pair<std::string, std::string> cases[] = {
         {"--demo", "give --goal DEPTH, or --assembled"},
+        {"--thread 2mm", "--thread needs a goal"},
+        {"--assembled --thread 0", "--thread takes the travel per turn like 2mm"},
+        {"--assembled --thread fast", "or -2mm for a left-handed thread, not 'fast'"},
         {"--goal 20q", "--unit is mm, cm, m or in, not 'q'"},
         {"--goal deep", "--goal takes lengths above zero like 20mm or 20mm,0.5mm, not 'deep'"},
         {"--goal 0", "above zero"},

@@ -1,10 +1,12 @@
 // touchstone new: makes a scene from parts, or from a scene of another unit.
+#include <cmath>
 #include <cstdio>
 #include <numbers>
 
 #include "engine/edit/scene_edit.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/gltf_write.hpp"
+#include "haptics/sandbox/measure/goal_check.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 #include "haptics/sandbox/session/presets.hpp"
@@ -27,6 +29,7 @@ struct NewOptions {
     double crease = 30;  ///< degrees
     std::string axis;    ///< in coordinates with `up`; empty: up
     std::string goal;    ///< DEPTH[,TOLERANCE]
+    std::string thread;  ///< LEAD
     bool assembled = false, demonstration = false;
     double scale = 1;  ///< of the scene
     TreeChoice tree;   ///< of all parts
@@ -41,19 +44,34 @@ int scaleScene(const NewOptions& options) {
     return kOk;
 }
 
-/// A length such as 20mm or 0.5in as meters; without a unit that of the parts.
-double lengthInMeters(const std::string& text, const std::string& unit) {
+/// A length such as 20mm or 0.5in as meters; without a unit that of the parts. Nothing if it is zero or none.
+std::optional<double> lengthInMeters(const std::string& text, const std::string& unit) {
     const std::size_t end = text.find_last_of("0123456789.") + 1;
-    const auto number = readNumber(text.substr(0, end), 0, 1e6);
-    if (!number || *number == 0)
-        throw UsageError("--goal takes lengths above zero like 20mm or 20mm,0.5mm, not '" + text + "'");
+    const auto number = readNumber(text.substr(0, end), -1e6, 1e6);
+    if (!number || *number == 0) return {};
     return *number * metresPer(end < text.size() ? text.substr(end) : unit);
+}
+
+double goalLength(const std::string& text, const std::string& unit) {
+    const auto length = lengthInMeters(text, unit);
+    if (!length || *length < 0)
+        throw UsageError("--goal takes lengths above zero like 20mm or 20mm,0.5mm, not '" + text + "'");
+    return *length;
+}
+
+double leadOf(const NewOptions& options) {
+    const auto lead = lengthInMeters(options.thread, options.unit);
+    if (!lead || std::abs(*lead) > 1)
+        throw UsageError(
+            "--thread takes the travel per turn like 2mm, up to 1 m, or -2mm for a left-handed thread, not '" +
+            options.thread + "'");
+    return *lead;
 }
 
 NewGoal goalOf(const NewOptions& options) {
     const std::size_t comma = options.goal.find(',');
-    NewGoal goal{lengthInMeters(options.goal.substr(0, comma), options.unit), {}};
-    if (comma != std::string::npos) goal.tolerance = lengthInMeters(options.goal.substr(comma + 1), options.unit);
+    NewGoal goal{.depth = goalLength(options.goal.substr(0, comma), options.unit), .tolerance = {}};
+    if (comma != std::string::npos) goal.tolerance = goalLength(options.goal.substr(comma + 1), options.unit);
     return goal;
 }
 
@@ -72,6 +90,28 @@ glm::dvec3 axisOf(const NewOptions& options) {
 void print(const char* role, const Part& part) {
     const glm::dvec3 mm = (part.high - part.low) * sandbox::kMmPerMeter;
     std::printf("  %-9s %s, %.4g x %.4g x %.4g mm\n", role, engine::escaped(part.name).c_str(), mm.x, mm.y, mm.z);
+}
+
+/// Turns the goal until the threads are in phase there.
+void findPhase(NewScene& parts, std::vector<std::string>& warnings) {
+    std::vector<std::string> ignored;
+    sandbox::SceneOptions meshes;
+    meshes.trees = false;
+    const sandbox::HapticScene scene = sandbox::openScene(makeScene(parts, ignored), meshes);
+    for (const std::string& defects : scene.defects)
+        if (!defects.empty()) {
+            warnings.push_back("the phase of the thread is found between closed meshes, and one has " + defects +
+                               ": the goal keeps the phase of the tool as it is modeled");
+            return;
+        }
+    const sandbox::ThreadPhase phase = sandbox::threadPhase(*scene.world, *scene.roles.goal);
+    if (!phase.doubt.empty()) warnings.push_back(phase.doubt);
+    parts.goal->turn = phase.turn.turn;
+    parts.goal->play = phase.turn.play;
+    std::printf(
+        "  thread    %s-handed, %.4g mm per turn; the tool is turned by %.1f° to be in phase, with a play of ±%.1f°\n",
+        parts.goal->lead < 0 ? "left" : "right", std::abs(parts.goal->lead) * sandbox::kMmPerMeter,
+        phase.turn.turn * 180 / std::numbers::pi, phase.turn.play * 180 / std::numbers::pi);
 }
 
 void printNext(const NewOptions& options) {
@@ -103,6 +143,10 @@ int makeNew(const NewOptions& options) {
     parts.assembled = options.assembled;
     if (options.assembled) parts.goal.emplace();
     if (!options.goal.empty()) parts.goal = goalOf(options);
+    if (!options.thread.empty()) {
+        if (!parts.goal) throw UsageError("--thread needs a goal: give --goal DEPTH, or --assembled");
+        parts.goal->lead = leadOf(options);
+    }
     parts.demonstration = options.demonstration;
     std::vector<std::string> warnings;
     const auto read = [&](const fs::path& file, const std::string& name, const engine::Material& material) {
@@ -117,7 +161,7 @@ int makeNew(const NewOptions& options) {
                                        i < options.obstacleNames.size() ? options.obstacleNames[i] : "",
                                        {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f}));
     const glm::dvec3 moved = moveToOrigin(parts) * sandbox::kMmPerMeter;
-    engine::writeGltf(makeScene(parts, warnings), options.output);
+    makeScene(parts, warnings);  // refuses what does not go together before anything is printed
 
     std::printf("%s\n", options.output.string().c_str());
     if (moved != glm::dvec3(0))
@@ -125,22 +169,30 @@ int makeNew(const NewOptions& options) {
                     moved.y, moved.z);
     print("tool", parts.tool);
     for (const Part& obstacle : parts.obstacles) print("obstacle", obstacle);
-    sandbox::SceneOptions withoutTrees;
-    withoutTrees.buildWorld = false;
-    const std::vector<std::string> found = sandbox::openScene(options.output, withoutTrees).warnings;
-    warnings.insert(warnings.end(), found.begin(), found.end());
+    if (parts.goal && parts.goal->lead != 0) findPhase(parts, warnings);
+    std::vector<std::string> told;
+    engine::writeGltf(makeScene(parts, told), options.output);
+    sandbox::SceneOptions meshes;
+    meshes.buildWorld = parts.goal.has_value();
+    meshes.trees = false;
+    const sandbox::HapticScene written = sandbox::openScene(options.output, meshes);
+    warnings.insert(warnings.end(), written.warnings.begin(), written.warnings.end());
+    if (written.world)
+        if (std::string doubt = sandbox::goalDoubt(*written.world, *written.roles.goal); !doubt.empty())
+            warnings.push_back(std::move(doubt));
     for (const std::string& warning : warnings) std::printf("  warning: %s\n", engine::escaped(warning).c_str());
     printNext(options);
     return kOk;
 }
 
 constexpr const char* kNewFooter =
-    "The lengths of --goal may have a unit (20mm, 0.5in); without one they are in that of --unit.\n\n"
+    "The lengths of --goal and --thread may have a unit (20mm, 0.5in); without one they are in that of --unit.\n\n"
     "Examples:\n"
     "  touchstone new --tool shaft.stl --obstacle hole.stl -o fit.glb   place the tool in the window, then *Set goal "
     "here*\n"
     "  touchstone new --tool peg.stl --obstacle block.stl --up z --assembled --demo -o peg.glb\n"
     "  touchstone new --tool peg.stl --obstacle block.obj --goal 20mm,0.5mm --demo -o peg.glb\n"
+    "  touchstone new --tool nut.stl --obstacle bolt.stl --up z --assembled --thread 2mm --demo -o nut.glb\n"
     "  touchstone new --scene nut.glb --scale 0.001 -o small.glb   millimeters that were taken for meters\n";
 
 }  // namespace
@@ -185,8 +237,12 @@ void addNew(CLI::App& program, Action& action) {
         "obstacles, within TOLERANCE (default: a hundredth of the tool, at most 1 mm)"));
     ofPart(command->add_option("--axis", options->axis,
                                "the way out: x, y, z, -x, -y or -z in coordinates with that --up (default: up)"));
+    ofPart(command->add_option("--thread", options->thread,
+                               "LEAD: the tool is screwed in along that axis, by LEAD per turn, negative for a "
+                               "left-handed thread; at the goal it is turned until the threads are in phase"));
     ofPart(command->add_flag("--demo", options->demonstration,
-                             "add a demonstration: straight in along that axis, from outside to the goal"));
+                             "add a demonstration: straight in along that axis, or on the thread, from outside to the "
+                             "goal"));
     CLI::Option* scene = command->add_option("--scene", options->scene, "in place of parts: a scene to copy, scaled");
     for (CLI::Option* option : ofParts) scene->excludes(option);
     command->add_option("--scale", options->scale, "by which the scene is scaled")->needs(scene);

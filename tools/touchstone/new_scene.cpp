@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <glm/gtc/quaternion.hpp>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/mesh_file.hpp"
@@ -23,6 +26,8 @@ constexpr double kTolerance = 0.01;          ///< of the tool's size: how near t
 constexpr double kLargestTolerance = 0.001;  ///< m
 constexpr double kFarScene = 10;             ///< m: floats resolve 1 µm there
 constexpr double kToleranceAngle = 0.05;     ///< rad
+constexpr double kPlay = 1.2;                ///< of the turn that a thread leaves the tool: its goal's tolerance
+constexpr double kTurnsPerSecond = 2, kKeysPerTurn = 16;      ///< of a demonstration on a thread
 constexpr double kOutside = 0.5, kMoving = 3, kSeated = 1.5;  ///< s: pieces of the demonstration
 
 /// All triangles that are visible, in the frame of the scene, m.
@@ -136,13 +141,39 @@ glm::dvec3 originOf(const Part& tool, const glm::dvec3& axis, double top) {
 
 void addGoal(Scene& scene, const NewGoal& goal, double depth, double size, const engine::RigidPart& pose) {
     const double tolerance = goal.tolerance.value_or(std::min(kLargestTolerance, kTolerance * size));
+    nlohmann::json region{{"depth_m", depth},
+                          {"tolerance_m", tolerance},
+                          {"tolerance_rad", std::max(kToleranceAngle, kPlay * goal.play)},
+                          {"hold_s", 0.5}};
+    if (goal.lead != 0) region["lead_m"] = goal.lead;
     const Entity node = addNode(scene, "goal", {}, {.translation = pose.translation, .rotation = pose.rotation});
-    setExtras(
-        scene, node,
-        {{"touchstone",
-          {{"role", sandbox::name(sandbox::Role::Goal)},
-           {"goal",
-            {{"depth_m", depth}, {"tolerance_m", tolerance}, {"tolerance_rad", kToleranceAngle}, {"hold_s", 0.5}}}}}});
+    setExtras(scene, node,
+              {{"touchstone", {{"role", sandbox::name(sandbox::Role::Goal)}, {"goal", std::move(region)}}}});
+}
+
+/// The same on a thread: the tool turns all the way, also outside. Between two keys it keeps to the thread, since it
+/// moves along a line and turns about it.
+engine::Animation screwed(Entity tool, const std::function<engine::RigidPart(double)>& at, double travel, double lead) {
+    engine::AnimationChannel path, turning;
+    path.target = turning.target = tool;
+    turning.path = engine::AnimationPath::Rotation;
+    const auto key = [&](double seconds, double left) {
+        const engine::RigidPart pose = at(left);
+        const glm::dquat& q = pose.rotation;
+        path.times.push_back(seconds);
+        path.values.emplace_back(pose.translation, 0);
+        turning.times.push_back(seconds);
+        turning.values.emplace_back(q.x, q.y, q.z, q.w);
+    };
+    const double turns = travel / std::abs(lead), moving = std::max(kMoving, turns / kTurnsPerSecond);
+    const int keys = int(std::ceil(kKeysPerTurn * turns));
+    key(0, travel);
+    for (int i = 0; i <= keys; ++i) {
+        const double t = double(i) / keys;
+        key(kOutside + moving * t, travel * (1 - t * t * (3 - 2 * t)));  // starting and stopping gently
+    }
+    key(kOutside + moving + kSeated, 0);
+    return {"demonstration", {std::move(path), std::move(turning)}};
 }
 
 /// From outside to the goal, starting and stopping gently.
@@ -239,9 +270,12 @@ engine::Scene makeScene(const NewScene& parts, std::vector<std::string>& warning
         origin.translation = originOf(parts.tool, axis, parts.assembled ? top : bottom + depth);
         origin.rotation = glm::dquat(glm::dvec3(0, 1, 0), axis);
     }
+    const double lead = parts.goal ? parts.goal->lead : 0, turn = parts.goal ? parts.goal->turn : 0;
     const auto at = [&](double travel) {
         engine::RigidPart pose = origin;
         pose.translation += travel * axis;
+        const double turned = turn + (lead != 0 ? 2 * std::numbers::pi * (travel - goal) / lead : 0);
+        pose.rotation = pose.rotation * glm::angleAxis(turned, glm::dvec3(0, 1, 0));
         return pose;
     };
 
@@ -257,7 +291,10 @@ engine::Scene makeScene(const NewScene& parts, std::vector<std::string>& warning
         nlohmann::json extras = *scene.registry.get<engine::NodeMarking>(tool).extras;
         extras["touchstone"]["outcome"] = {{"seated", true}, {"max_penetration_mm", 0.001}};
         setExtras(scene, tool, std::move(extras));
-        scene.animations.push_back(demonstration(tool, at(start).translation, at(goal).translation));
+        scene.animations.push_back(lead != 0
+                                       ? screwed(
+                                             tool, [&](double left) { return at(goal + left); }, start - goal, lead)
+                                       : demonstration(tool, at(start).translation, at(goal).translation));
     }
     return scene;
 }

@@ -37,6 +37,9 @@ struct NewGoal {
     std::optional<double> depth;      ///< m below the highest point of the obstacles along the axis; by default as
                                       ///< deep as the tool is modeled
     std::optional<double> tolerance;  ///< m; by default a hundredth of the tool, at most 1 mm
+    double lead = 0;                  ///< m along the axis per turn, positive for a right-handed thread; 0: no thread
+    double turn = 0;                  ///< rad about the axis, from the tool as it is modeled
+    double play = 0;                  ///< rad about the axis that the tool may turn there, on either side
 };
 
 struct NewScene {
@@ -47,7 +50,7 @@ struct NewScene {
     glm::dvec3 axis{0, 1, 0};  ///< the way out: a unit vector along an axis of the scene
     bool assembled = false;    ///< the parts are modeled where the tool ends; needs a goal
     std::optional<NewGoal> goal;
-    bool demonstration = false;  ///< the tool comes in from outside along the axis; needs a goal
+    bool demonstration = false;  ///< the tool comes in from outside along the axis, on a thread turning; needs a goal
 };
 
 /// Moves all parts by the same whole millimeters to the origin if they lie more than 10 m from it, where drawing loses
