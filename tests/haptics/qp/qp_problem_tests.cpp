@@ -97,4 +97,21 @@ TEST_CASE("solve status: every status has its own name", "[qp]") {
     REQUIRE(std::string(name(SolveStatus::Invalid)) == "invalid");
 }
 
+TEST_CASE("row set: an erased row leaves the others in order, and the padding behind them", "[qp]") {
+    RowSet rows(20);
+    for (int i = 0; i < 17; ++i) rows.push(Vec6::Constant(i), 0.5 * i, std::uint64_t(2 * i));
+    rows.erase(16);
+    rows.erase(0);
+    rows.erase(6);
+    REQUIRE(rows.size() == 14);
+    for (int i = 0; i < rows.size(); ++i) {
+        const int was = i < 6 ? i + 1 : i + 2;
+        CHECK(rows.row(i) == Vec6::Constant(was));
+        CHECK(rows.gap()[i] == 0.5 * was);
+        CHECK(rows.find(std::uint64_t(2 * was)) == i);
+    }
+    CHECK(rows.find(14) == -1);
+    CHECK(rows.gap()[14] == kInfinity);
+}
+
 }  // namespace touchstone::qp_problem_tests
