@@ -117,7 +117,7 @@ TEST_CASE("foreign glTF: objects that the scene does not use may be broken", "[g
          },
          ""},
         {"accessor as text", [](json& j) { j["accessors"].push_back("none"); }, "accessor 7: must be an object, but"},
-        {"vertex colors", [](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 99; }, ""},
+        {"vertex colors", [](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["COLOR_1"] = 99; }, ""},
         {"mesh",
          [](json& j) {
              j["meshes"].push_back({{"name", "m"}, {"primitives", 5}});
@@ -387,6 +387,14 @@ TEST_CASE("foreign glTF: files of other formats are recognized and named", "[glt
     text("ply\nformat ascii 1.0\n", "a PLY mesh");
     text("<!DOCTYPE html><html>", "a web page, not glTF; download the file itself");
     text("version https://git-lfs.github.com/spec/v1\n", "the pointer that Git LFS keeps");
+    text("ISO-10303-21;\nHEADER;\n",
+         "a STEP file, not glTF; it holds exact surfaces, not triangles: open it in FreeCAD");
+    text(std::string(72, ' ') + "S      1\n", "an IGES file, not glTF; it holds exact surfaces");
+    text("DBRep_DrawableShape\n", "a BREP file of Open Cascade, not glTF; it holds exact surfaces");
+    text("**ABCDEFGHIJKLMNOPQRSTUVWXYZabc", "a Parasolid file, not glTF; it holds exact surfaces");
+    text("3D Geometry File Format 70", "a Rhino file, not glTF; export each part from Rhino");
+    text(std::string("PK\x03\x04...[Content_Types].xml"), "a 3MF or office file, not glTF; convert a 3MF part to STL");
+    text(std::string("PK\x03\x04...Document.xml"), "a FreeCAD document, not glTF; export each part from FreeCAD");
     text("Dear reader,\n", "a text file of another kind");
     check(Bytes{1, 2, 3, 0, 0}, "a file of another kind");
     // Text with a UTF-8 byte order mark is still glTF.
