@@ -14,7 +14,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                                               fuzz::ScratchFile(".ply")};
     const std::filesystem::path& file = files[data[0] % 3].write(data + 1, size - 1);
     try {
-        const auto [mesh, notes] = engine::readMeshFile(file, 0.001);
+        const auto [mesh, origin, notes] = engine::readMeshFile(file, 0.001);
+        require(std::isfinite(origin.x + origin.y + origin.z), "the origin is finite");
         require(!mesh.indices.empty() && mesh.indices.size() % 3 == 0, "whole triangles");
         require(mesh.normals.size() == mesh.positions.size(), "a normal for each position");
         for (const std::uint32_t i : mesh.indices) require(i < mesh.positions.size(), "indices are valid");
