@@ -76,7 +76,7 @@ bool isIges(std::string_view text) {
            text.substr(0, kColumns).find_first_of("\r\n") == text.npos;
 }
 
-/// Of a ZIP archive, whose first entries are named in the text.
+/// The kind of a ZIP archive, by the names of its first entries.
 std::string zipProblem(std::string_view text) {
     const auto has = [&](std::string_view name) { return text.find(name) != text.npos; };
     if (has("3D/3dmodel.model") || has("[Content_Types].xml"))

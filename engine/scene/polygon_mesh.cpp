@@ -18,7 +18,7 @@ constexpr double kNotedRounding = 3e-5;  // of the diagonal: 1.5 µm on a part o
 constexpr double kFar = 2;
 constexpr std::uint32_t kUnused = ~0u;
 
-/// Of the powers of ten, with 32 for 1 to 10.
+/// Index of the decade of |x|: 32 for 1 to 10.
 std::size_t decadeOf(double x) { return std::size_t(std::clamp(std::floor(std::log10(std::abs(x))) + 32, 0.0, 63.0)); }
 
 struct PositionHash {

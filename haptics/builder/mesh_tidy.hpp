@@ -22,7 +22,7 @@ struct Tidied {
 Tidied withoutSheets(const TriangleMesh& mesh, const std::vector<int>& placeOf, std::size_t vertices,
                      const std::vector<std::vector<int>>& corners, const std::vector<Corners>& kept);
 
-/// What is left without a few triangles that lie many times the size of all others away; nothing if there are none.
+/// The mesh without the few triangles that lie many times the size of all others away; nothing if no triangle does.
 /// Whether they enclose something must still be seen: `far` receives them.
 std::optional<Tidied> withoutFar(const TriangleMesh& mesh, TriangleMesh& far);
 

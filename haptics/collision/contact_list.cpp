@@ -71,7 +71,7 @@ bool ContactList::complete(const Coverage& asked, double slack) {
         if (const double tick = extent().length(tick_); tick <= slack)
             within = {within.margin, std::max(within.curve, tick * tick), std::max(within.most, tick)};
         // Deep overlaps can exceed the memory, and dense meshes the budget. The search is then repeated for this course
-        // alone, without slack. Of leaves, the memory bounds it.
+        // alone, without slack. The memory bounds a search for leaves.
         if (budget_) budget_->beginLookAhead();
         const bool found = finder_->find({ahead(course, ticks, spare), within.wider(spare)}, wide);
         if (!found || wide.count > lookAhead_.crowded)

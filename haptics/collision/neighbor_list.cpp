@@ -37,7 +37,7 @@ constexpr int kCandidateCapacity = 1 << 18;
 /// A row counts as crossed only beyond this gap, mm. The exact solver satisfies rows to about 1e-14, so that a smaller
 /// value would add rows that its answer touches; a larger one lets a step enter by as much.
 constexpr double kCrossed = 1e-10;
-/// Of a course for which the search took more than its budget: the smallest part that is searched. With a smaller one
+/// The smallest part of a course that is searched after longer ones took more than the budget. With a smaller one
 /// more searches are made in vain.
 constexpr double kLeastShare = 1.0 / 128;
 /// Rounding error of a gap in double, mm: a gap that decreases by less has not changed, and poses that differ by less

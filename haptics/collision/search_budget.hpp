@@ -13,7 +13,7 @@ class SearchBudget {
   public:
     struct Limits {
         static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::max() / 4;
-        /// Of all searches of a tick, which ends with the linearization that exceeds it. Flights have the first half.
+        /// All searches of a tick, which ends with the linearization that exceeds it. Flights have the first half.
         std::int64_t tick = kNone;
         std::int64_t flight = kNone;  ///< of one search whether a course is free or anything is near
         std::int64_t list = kNone;    ///< of one search for the pairs of a list
@@ -23,10 +23,10 @@ class SearchBudget {
 
     void beginTick() { *this = SearchBudget(limits_); }
     void beginFlight() { begin(std::min(limits_.flight, limits_.tick / 2 - spent_)); }
-    /// Of a search further than a step needs: nothing is left for it in a tick in which a search ended without an
+    /// Begins a search further than a step needs: nothing is left for it in a tick in which a search ended without an
     /// answer.
     void beginLookAhead() { begin(shortened_ ? 0 : std::min(limits_.list, limits_.tick - spent_)); }
-    /// Of a search without which a step cannot be made, whatever the tick has left.
+    /// Begins a search without which a step cannot be made, whatever the tick has left.
     void beginList() { begin(limits_.list); }
     void beginUnbounded() { begin(Limits::kNone); }
 

@@ -106,7 +106,7 @@ bool DefaultTick::isCarriedBy(const TouchingPairs& pairs) const {
     return !ofLeaves_ && !are.empty() && std::is_permutation(were.begin(), were.end(), are.begin(), are.end());
 }
 
-/// Of the rows that carry force: the one that stands farthest beside its features at this pose and was not dropped
+/// Among the rows that carry force, the one that stands farthest beside its features at this pose and was not dropped
 /// before. any: whether one of all stands beside them.
 std::uint64_t DefaultTick::carrierBeside(const Pose& at, bool& any) const {
     any = false;

@@ -24,7 +24,7 @@ Pose placeOf(const World& world, std::span<const Pose> X_WO, std::size_t obstacl
     return obstacle < X_WO.size() ? X_WO[obstacle] : world.obstacles[obstacle].X_WO;
 }
 
-/// Of q and -q, which are the same rotation, the one nearer to `like`.
+/// q or -q, which are the same rotation: the one nearer to `like`.
 Quat withSignOf(const Quat& like, const Quat& q) { return q.dot(like) < 0 ? Quat(-q.coeffs()) : q; }
 
 /// Depth up to which parts count as touching at a start, mm: the distance that is kept, and the rounding of points and

@@ -58,7 +58,7 @@ struct StepState::Impl {
     // Working memory. Every buffer has one use.
     std::vector<std::unique_ptr<ContactList>> leafLists, featureLists;  ///< by obstacle; null: no spheres, no meshes
     std::vector<ContactList*> lists;                                    ///< those that the tick uses
-    /// Of their searches; apart, since they point to it.
+    /// The budget of their searches, held by a pointer since they point to it.
     std::unique_ptr<SearchBudget> searches;
     std::vector<TreeWalk> walks;            ///< for the modes that keep no list; empty if a part has no spheres
     RowSet rows{kRowCapacity};              ///< of the present linearization

@@ -80,7 +80,8 @@ class ProgressBar {
     std::string text_;
 };
 
-/// Of a run. A terminal's line changes five times a second; elsewhere each line comes after twice the time of the last.
+/// The progress of a run. A terminal's line changes five times a second; elsewhere each line comes after twice the time
+/// of the last.
 class RunBar {
   public:
     void show(double done, const std::optional<double>& whole) {

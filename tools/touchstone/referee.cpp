@@ -41,7 +41,7 @@ struct RefereeCommand {
     std::vector<std::string> motions;  ///< of the bundled ones; empty: all
     double seconds = 4;                ///< of each motion at most
     double limit = 120;                ///< s of processor time for a system and motion
-    /// Of the greatest stiffness that stays passive, Hz.
+    /// Rates at which the greatest stiffness that stays passive is measured, Hz.
     std::vector<int> rates{250, 500, 1000, 2000, 5000, 10'000, 20'000, 40'000};
 };
 

@@ -29,7 +29,7 @@ std::string hashOf(const std::filesystem::path& file);
 
 /// A file that is sought by the hash of its content.
 struct FoundFile {
-    std::filesystem::path file;  ///< empty: there is none
+    std::filesystem::path file;  ///< empty: no file
     bool same = false;           ///< it has the content
 };
 /// The first file with the content among `places`, each a file or a folder that has it under its name, and then among

@@ -25,7 +25,7 @@ def _scene_files(folder: Path) -> list[Path]:
 
 
 def bundled_folder() -> Path | None:
-    """The folder of the bundled scenes; None if there is none."""
+    """The folder of the bundled scenes, or None."""
     return next((folder for folder in _FOLDERS if _scene_files(folder)), None)
 
 
