@@ -228,7 +228,7 @@ std::optional<MeshCap> capOf(const std::vector<Vec3>& vertices, const std::vecto
     cap.faces = triangulation.faces();
 
     std::map<std::pair<int, int>, Vec3> beside;
-    double rim = 0, continued = 0;
+    double rim = 0, continued = 0, folded = 0;
     cap.level = true;
     for (const RimLoop& each : hole)
         for (const RimEdge& e : each) beside[{e.from, e.to}] = e.beside;
@@ -242,11 +242,13 @@ std::optional<MeshCap> capOf(const std::vector<Vec3>& vertices, const std::vecto
             if (found == beside.end()) continue;
             const double length = (t[(k + 1) % 3] - t[k]).norm();
             rim += length;
+            if (n.dot(found->second) <= -kLevel) folded += length;
             if (n.dot(found->second) >= kGoesOn) continued += length;
             level = level || n.dot(found->second) >= kLevel;
         }
         cap.level = cap.level && level;
     }
+    if (2 * folded > rim) return {};  // two sides of a loose triangle: the cap would be its back, and enclose nothing
     cap.continued = rim > 0 ? continued / rim : 0;
     return cap;
 }

@@ -149,15 +149,13 @@ class PartMaker {
         if (rounding > kNotedRounding * size)
             warnings_.push_back(
                 engine::formatted("%s: the vertices of its mesh lie so far from their origin that floats hold them to "
-                                  "%.2g mm only: export "
-                                  "the part near its origin and move its node",
+                                  "%.2g mm only: export the part near its origin and move its node",
                                   label.c_str(), rounding));
         if (size >= kSmallestPart && size <= kLargestPart) return;
         std::ostringstream text;
         text << label << " is " << size << " mm across, outside " << kSmallestPart << " mm to " << kLargestPart / 1000
-             << " m: is its unit right? glTF is in meters, and touchstone new reads other files with --unit mm, cm, m "
-                "or "
-                "in";
+             << " m: is its unit right? glTF is in meters, and touchstone new reads other files with --unit mm, cm, "
+                "m or in";
         warnings_.push_back(text.str());
     }
 
