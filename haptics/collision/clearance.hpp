@@ -1,5 +1,6 @@
 #pragma once
 // The smallest gap of two sphere trees, and the free part of a motion, by branch and bound.
+#include "haptics/collision/search_budget.hpp"
 #include "haptics/collision/tree_walk.hpp"
 
 namespace touchstone {

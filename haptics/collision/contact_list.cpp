@@ -71,14 +71,14 @@ bool ContactList::complete(const Coverage& asked, double slack) {
         if (const double tick = extent().length(tick_); tick <= slack)
             within = {within.margin, std::max(within.curve, tick * tick), std::max(within.most, tick)};
         // Deep overlaps can exceed the memory, and dense meshes the budget. The search is then repeated for this course
-        // alone, without slack. The memory bounds a search for leaves.
+        // alone, without slack.
         if (budget_) budget_->beginLookAhead();
         const bool found = finder_->find({ahead(course, ticks, spare), within.wider(spare)}, wide);
         if (!found || wide.count > lookAhead_.crowded)
             reach_ = std::max(reach_ / 2, kLeastReach);
         else if (wide.count < lookAhead_.crowded / 8)
             reach_ = std::min(2 * reach_, 1.0);
-        if (!found && budget_) ofFeatures() ? budget_->beginList() : budget_->beginUnbounded();
+        if (!found && budget_) budget_->beginList();
         if (!found && !finder_->find(asked, wide)) return suspended_ = passes_;
     }
     // Looking ahead pays while the tool keeps to its course and moves slowly enough that the next tick can use the set.

@@ -91,10 +91,11 @@ class ContactList {
     /// The course that is expected for one tick. Searches look ahead along its motion.
     void expect(const Course& tick) { tick_ = tick; }
     void forget();
-    /// Searches count their work there and end with their part of it; null: no bound. The caller keeps ownership.
+    /// Searches count their work there and end with their part of it; null: no bound. The caller keeps ownership. A
+    /// search of a list for leaves is bounded by the memory of its entries alone.
     void use(SearchBudget* budget) {
         budget_ = budget;
-        finder_->use(budget);
+        if (ofFeatures()) finder_->use(budget);
     }
     /// Features are kept apart by this distance, mm: a step ends at no less than 0.95 of it, or half of it if it is
     /// shortened. Leaves touch at 0.

@@ -200,24 +200,20 @@ void LeafPairFinder::measure(PairEntries& entries) const {
 }
 
 /// The walk itself tests the boxes of the buckets; a test of the leaves removes most of the entries that it finds.
-/// Returns the number of entries kept in found_, or a number above the capacity if there are more or the budget is
-/// spent.
+/// Returns the number of entries kept in found_, or a number above the capacity if there are more.
 template <bool moves>
 int LeafPairFinder::walk(const Coverage& asked) {
     const Limit limit(asked.within, floatGuard(*tool_, *obstacle_, asked.course.X_OT));
     const TreeLevel& leaves = obstacle_->levels[0];
     const int capacity = int(found_.size()) - 1;
     int kept = 0;
-    const bool fits = walk_.run(
-        asked,
-        [&](const PairEntry* entries, int count) {
-            for (int i = 0; i < count && kept <= capacity; ++i) {
-                found_[kept] = entries[i];
-                kept += limit.holds(Meeting<moves>(entries[i], placed_, leaves));
-            }
-        },
-        budget_);
-    return fits ? kept : capacity + 1;
+    walk_.run(asked, [&](const PairEntry* entries, int count) {
+        for (int i = 0; i < count && kept <= capacity; ++i) {
+            found_[kept] = entries[i];
+            kept += limit.holds(Meeting<moves>(entries[i], placed_, leaves));
+        }
+    });
+    return kept;
 }
 
 template <bool moves>

@@ -28,7 +28,6 @@ class SearchBudget {
     void beginLookAhead() { begin(shortened_ ? 0 : std::min(limits_.list, limits_.tick - spent_)); }
     /// Begins a search without which a step cannot be made, whatever the tick has left.
     void beginList() { begin(limits_.list); }
-    void beginUnbounded() { begin(Limits::kNone); }
 
     /// Counts tests of the search in progress. Returns whether it may go on.
     bool spend(std::int64_t tests) {

@@ -39,7 +39,6 @@ struct TreeWalk::Query {
     float radiusFactor;  ///< a rotation moves a block's leaves further than its center: a factor on its radius
     ErasedSink sink;
     void* context;
-    SearchBudget* budget;
 
     /// The largest gap of leaf pairs whose radii are at least these.
     TOUCHSTONE_INLINE Float8 near(const Float8& toolLeast, const Float8& obstacleLeast) const {
@@ -80,7 +79,7 @@ TreeWalk::TreeWalk(const SphereTree& tool, const SphereTree& obstacle) : tool_(&
     out_.resize(kFrontier + SphereTree::kBranching);
 }
 
-bool TreeWalk::runErased(const Coverage& asked, ErasedSink sink, void* context, SearchBudget* budget) {
+void TreeWalk::runErased(const Coverage& asked, ErasedSink sink, void* context) {
     const Course& course = asked.course;
     Query query{};
     const Pose& X_OT = course.X_OT;
@@ -100,36 +99,36 @@ bool TreeWalk::runErased(const Coverage& asked, ErasedSink sink, void* context, 
     query.curve = curveInFloat(asked.within);
     query.sink = sink;
     query.context = context;
-    query.budget = budget;
     // Trees that are far apart are rejected in double: in float the squares could overflow, and every pair would pass.
     const float toolRadius = tool_->levels.back().r[0], obstacleRadius = obstacle_->levels.back().r[0];
     const double near = double(toolRadius) * (1 + course.turn.stableNorm()) + double(obstacleRadius) +
                         course.shift.stableNorm() + asked.within.most;
-    if (!((center - obstacle_->center()).stableNorm() <= near + 1e-6)) return true;
+    if (!((center - obstacle_->center()).stableNorm() <= near + 1e-6)) return;
     frontiers_[0].tool[0] = frontiers_[0].obstacle[0] = 0;
-    return course.stays() ? descend<false>(query, 0, 1) : descend<true>(query, 0, 1);
+    if (course.stays())
+        descend<false>(query, 0, 1);
+    else
+        descend<true>(query, 0, 1);
 }
 
 /// Expands the pairs of one depth run by run. A run is as long as the next depth can hold, and it is expanded down to
 /// the leaves before the next run begins.
 template <bool moves>
-bool TreeWalk::descend(const Query& query, int depth, int count) {
+void TreeWalk::descend(const Query& query, int depth, int count) {
     const Frontier& here = frontiers_[depth];
-    if (query.budget && !query.budget->spend(count)) return false;
     if (depth + 1 == int(levels_.size())) {
         for (int i = 0; i < count; ++i) out_[i] = {here.tool[i], here.obstacle[i]};
         query.sink(query.context, out_.data(), count);
-        return true;
+        return;
     }
     const bool descendObstacle = levels_[depth + 1][1] != levels_[depth][1];
     for (int first = 0; first < count;) {
         int used = 0;
         const int found = descendObstacle ? expandObstacle<moves>(query, depth, first, count, used)
                                           : expandTool<moves>(query, depth, first, count, used);
-        if (found && !descend<moves>(query, depth + 1, found)) return false;
+        if (found) descend<moves>(query, depth + 1, found);
         first += used;
     }
-    return true;
 }
 
 template <bool moves>

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "haptics/collision/search_budget.hpp"
 #include "haptics/collision/sphere_tree.hpp"
 
 namespace touchstone {
@@ -77,12 +76,11 @@ class TreeWalk {
 
     /// Calls sink(const PairEntry*, count) with runs of entries that together hold every leaf pair of the coverage.
     /// Pre: margin >= 0. The buckets of one tool leaf arrive in ascending order; the tool leaves arrive in any order.
-    /// Returns false if it ended because the budget was spent. Real time: no allocation, lock or throw except in the
-    /// sink.
+    /// Real time: no allocation, lock or throw except in the sink.
     template <class Sink>
-    bool run(const Coverage& asked, Sink&& sink, SearchBudget* budget = nullptr) {
-        return runErased(
-            asked, [](void* s, const PairEntry* e, int n) { (*static_cast<Sink*>(s))(e, n); }, &sink, budget);
+    void run(const Coverage& asked, Sink&& sink) {
+        runErased(
+            asked, [](void* s, const PairEntry* e, int n) { (*static_cast<Sink*>(s))(e, n); }, &sink);
     }
 
   private:
@@ -92,9 +90,9 @@ class TreeWalk {
     };
     struct Query;
 
-    bool runErased(const Coverage& asked, ErasedSink sink, void* context, SearchBudget* budget);
+    void runErased(const Coverage& asked, ErasedSink sink, void* context);
     template <bool moves>
-    bool descend(const Query& query, int depth, int count);
+    void descend(const Query& query, int depth, int count);
     template <bool moves>
     int expandObstacle(const Query& query, int depth, int first, int count, int& used);
     template <bool moves>
