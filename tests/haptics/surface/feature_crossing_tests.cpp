@@ -197,7 +197,8 @@ TEST_CASE("feature crossing: lines that stay apart leave out no edges that cross
         const Vec3 middle = (resting[0] + resting[1]) / 2 + vector(0.3), along = vector(1), by = vector(0.2);
         const std::array<Way, 2> ends{Way{middle - along, middle - along + by + vector(0.1)},
                                       Way{middle + along, middle + along + by + vector(0.1)}};
-        const EdgePlace moving{{ends[0].from, ends[1].from}, {}}, other{resting, {vector(1), vector(1)}};
+        const EdgePlace moving{{ends[0].from, ends[1].from}, {Vec3::Zero(), Vec3::Zero()}},
+            other{resting, {vector(1), vector(1)}};
         const double least = 0.1 * std::abs(any(random));
         const bool stay = linesStayApart(ends, resting, least);
         if (crossing(ends, moving, other, 2, least)) {
