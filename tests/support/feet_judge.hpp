@@ -31,8 +31,8 @@ class FeetJudge {
         return ids;
     }
 
-    /// Of the rows that carry force at the end of a tick: the one that stands farthest beside its features, if by more
-    /// than kStands and with no other pair of features that has the same feet and the same normal.
+    /// The row with force at the end of a tick that stands farthest beside its features, if by more than kStands
+    /// and with no other pair of features that has the same feet and the same normal.
     Miss worst(const TickRecord& record, const StepState& state) const {
         Miss worst;
         for (const std::uint64_t id : carriers(record, state)) {

@@ -84,7 +84,7 @@ class Stepper {
     TickRecord step(const Pose& device, bool judged) {
         const TickRecord record = touchstone::step(table_.world, settings_, {device}, state_);
         CAPTURE(record.tick, record.flags, record.linearisations);
-        // A tick ends with the linearization that exceeds its sum: two searches for a list without which there is none.
+        // A tick ends with the linearization that exceeds its sum, which may still search for its list twice.
         REQUIRE(state_.searches().spent() <= kSearchLimits.tick + 2 * kSearchLimits.list);
         REQUIRE((record.flags & (kListOverflow | kNonFinite | kOverlapping | kBadInput)) == 0);
         if (judged && settings_.geometry == Geometry::Mesh) REQUIRE_FALSE(table_.judge.overlap(record.X_WT));
@@ -104,7 +104,7 @@ constexpr double kJumps[] = {2, 4, 20, 100};  // mm
 constexpr double kTurns[] = {0, 1};           // rad
 constexpr Geometry kGeometries[] = {Geometry::Mesh, Geometry::Spheres};
 
-/// Of the jumps from where parts touch, whether any took a search to its limit.
+/// Jumps from where parts touch. Returns whether any of them took a search to its limit.
 bool leap(const Table& table, Geometry geometry, double jump, double turn) {
     bool shortened = false;
     Pose device = at(0.1, 0.05, 19.5);
