@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "haptics/surface/feature_crossing.hpp"
+
 namespace touchstone {
 
 using namespace simd;
@@ -27,23 +29,25 @@ CrossingSieve::CrossingSieve(const Surface& tool, const Surface& obstacle, const
       rise_(guard + float(inside > 0 ? inside + least : 0)),
       turn_(float(turn + (inside > 0 ? kLean : 0)) * 1.00001f + 1e-8f) {}
 
-/// Of vertices on these ways, each with a face: those which may cross it.
-TOUCHSTONE_INLINE Mask CrossingSieve::crosses(const Vec8& from, const Vec8& to, const FaceLanes& face) const {
+/// Of vertices on these ways in a frame that turns by this angle, each with a face: those which may cross it.
+TOUCHSTONE_INLINE Mask CrossingSieve::crosses(const Vec8& from, const Vec8& to, const FaceLanes& face,
+                                              float turn) const {
     const Vec8 corners[3] = {face.a, face.b, face.c}, way = to - from;
     const Float8 before = dot(face.normal, from - face.a), change = dot(face.normal, way);
     Int8 may = (before + change < least_) & (change <= rise_) & (before >= -behind_);
     if (!toMask(may)) return 0;
     Float8 enters = splat(0.0f), leaves = splat(1.0f);
+    const Float8 off = behind_ + float(sagOf(turn, 1)) * simd::sqrt(dot(way, way));
     for (int k = 0; k < 3; ++k) {
         const Vec8 side = corners[(k + 1) % 3] - corners[k], inward = cross(face.normal, side);
-        const Float8 wide = behind_ * (abs(side.x) + abs(side.y) + abs(side.z));
+        const Float8 wide = off * (abs(side.x) + abs(side.y) + abs(side.z));
         const Float8 first = dot(inward, from - corners[k]) + wide, last = first + dot(inward, way);
         may &= (first >= 0.0f) | (last >= 0.0f);
         const Float8 border = first / (first - last);
         enters = first < 0.0f ? max(enters, border) : enters;
         leaves = last < 0.0f ? min(leaves, border) : leaves;
     }
-    may &= (enters <= leaves + 1e-5f) & (before + enters * change >= -behind_) & (before + leaves * change < least_);
+    may &= (enters <= leaves + 1e-5f) & (before + enters * change >= -off) & (before + leaves * change < least_);
     return toMask(may);
 }
 
@@ -68,7 +72,7 @@ TOUCHSTONE_INLINE Mask CrossingSieve::standing(Mask of, const Surface& part, con
 Mask CrossingSieve::vertexFaces(const int* vertices, const int* faces) const {
     const Vec8 arms = verticesOf(tool_, vertices);
     const FaceLanes lanes(Eight(obstacle_.faces, faces));
-    return standing(crosses(R0_ * arms + Vec8(t0_), R1_ * arms + Vec8(t1_), lanes), tool_, vertices,
+    return standing(crosses(R0_ * arms + Vec8(t0_), R1_ * arms + Vec8(t1_), lanes, 0), tool_, vertices,
                     R0_.transpose() * lanes.normal);
 }
 
@@ -76,7 +80,7 @@ Mask CrossingSieve::facesVertex(const int* faces, const int* vertices) const {
     const Vec8 at = verticesOf(obstacle_, vertices);
     const Matrix3f back0 = R0_.transpose(), back1 = R1_.transpose();
     const FaceLanes lanes(Eight(tool_.faces, faces));
-    return standing(crosses(back0 * (at - Vec8(t0_)), back1 * (at - Vec8(t1_)), lanes), obstacle_, vertices,
+    return standing(crosses(back0 * (at - Vec8(t0_)), back1 * (at - Vec8(t1_)), lanes, turn_), obstacle_, vertices,
                     R0_ * lanes.normal);
 }
 

@@ -24,7 +24,7 @@ class CrossingSieve {
     simd::Mask test(PairKind kind, const int* ours, const int* others) const;
 
   private:
-    simd::Mask crosses(const Vec8& from, const Vec8& to, const FaceLanes& face) const;
+    simd::Mask crosses(const Vec8& from, const Vec8& to, const FaceLanes& face, float turn) const;
     simd::Mask vertexFaces(const int* vertices, const int* faces) const;
     simd::Mask facesVertex(const int* faces, const int* vertices) const;
     simd::Mask edges(const int* edges, const int* others) const;

@@ -59,20 +59,21 @@ EdgePlace placeOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& e
 }
 
 std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face, const Vec3& normal, double least,
-                                        double inside) {
+                                        double inside, double sag) {
+    const double off = inside + sag;
     const double before = normal.dot(vertex.from - face[0]), after = normal.dot(vertex.to - face[0]);
     if (after >= least || before < -inside || (before >= 0 && before < after)) return std::nullopt;
     double from = 0, to = 1;
     for (int k = 0; k < 3; ++k) {
         const Vec3 inward = normal.cross(face[(k + 1) % 3] - face[k]).normalized();
-        const double first = inward.dot(vertex.from - face[k]) + kOverlap + inside,
-                     last = inward.dot(vertex.to - face[k]) + kOverlap + inside;
+        const double first = inward.dot(vertex.from - face[k]) + kOverlap + off,
+                     last = inward.dot(vertex.to - face[k]) + kOverlap + off;
         if (first < 0 && last < 0) return std::nullopt;
         if (first < 0) from = std::max(from, first / (first - last));
         if (last < 0) to = std::min(to, first / (first - last));
     }
     const auto heightAt = [&](double t) { return before + t * (after - before); };
-    if (from > to || heightAt(from) < -inside || heightAt(to) >= least) return std::nullopt;
+    if (from > to || heightAt(from) < -off || heightAt(to) >= least) return std::nullopt;
     const double time = before > after ? std::clamp((before - least) / (before - after), from, to) : from;
     return FeatureCrossing{time, normal, vertex.at(time), after, before};
 }

@@ -33,9 +33,14 @@ struct FeatureCrossing {
 /// The crossing of a vertex on its way and a resting face with this outward normal: over the part of the way on which
 /// the vertex is above or below the face, its distance from the plane begins at zero or more and falls below `least`.
 /// inside: a vertex that begins up to as deep behind the face, or as far beside it, crosses it unless it ends at
-/// `least` or more.
+/// `least` or more. sag: distance by which the vertex may leave its straight way between the ends, mm.
 std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face, const Vec3& normal, double least,
-                                        double inside = 0);
+                                        double inside = 0, double sag = 0);
+
+/// Distance by which a point leaves a straight way of this length in a frame that turns by this angle meanwhile, while
+/// it moves straight in the frame that rests, to second order. All of a step has to be one motion, or something passes
+/// between features that are tested in one frame and those that are tested in the other.
+constexpr double sagOf(double turn, double length) { return turn * length / 4; }
 
 /// The crossing of two convex edges, of which the first one moves: ends[k] is the way of the end k, and `moving` its
 /// place at the start. During the step the distance of the two lines falls below `least` from zero or more, at points

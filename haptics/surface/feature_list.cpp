@@ -125,7 +125,8 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
             const SurfaceFeatures::Face& face = tool.faces[feature];
             const Vec3& p = obstacle.points[obstacle.vertices[entry.obstacle].point];
             const Way way = step.wayInTool(p);
-            auto found = touchstone::crossing(way, tool.triangle(feature), face.normal, least, inside_);
+            const double sag = sagOf(step.angle, (way.to - way.from).norm());
+            auto found = touchstone::crossing(way, tool.triangle(feature), face.normal, least, inside_, sag);
             if (!found) return found;
             found->normal = -(step.turned(found->time) * (step.R0 * found->normal));
             found->point = p;

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <utility>
 
+#include "haptics/surface/feature_crossing.hpp"
 #include "haptics/surface/feature_query.hpp"
 
 namespace touchstone {
@@ -407,8 +408,10 @@ void FeaturePairFinder::crossErased(const PairEntries& entries, const Coverage& 
         return true;
     });
     bool goOn = true;
+    const double turned = asked.course.turn.norm();
+    const double sag = sagOf(turned, asked.course.shift.norm() + turned * extent_.reach);
     // A vertex crosses a face where it is nearer than that; the lines of edges may be farther apart where they cross.
-    forEachNear(entries, asked, {{from, to}, {Ends::inverse(from), Ends::inverse(to)}, 0},
+    forEachNear(entries, asked, {{from, to}, {Ends::inverse(from), Ends::inverse(to)}, float(sag)},
                 float(least + 2 * inside) + 1e-6f, [&](int first, Mask mask, const Float8&) {
                     const auto [tools, others] = columnsOf(&entries.at[std::size_t(first)]);
                     while (goOn && mask) {
