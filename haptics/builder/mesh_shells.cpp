@@ -527,14 +527,13 @@ bool Shells::markBuried() {
         if (largest[p] < 0) continue;
         pulse_();
         const Triangle t = triangle(walls_[largest[p]]);
-        if (!isUsable(t)) continue;
+        if (!isUsable(t) || altitudeOf(t) <= thinnestLobe_) continue;  // rounding may have folded it into its own shell
         const Vec3 middle = (t[0] + t[1] + t[2]) / 3, normal = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
         const Vec3 offset = kTouching * normal, lobe = thinnestLobe_ * normal;
         const double ahead = winding(middle + offset);
         hidden[p] = static_cast<char>(ahead >= 0.5 && inside(middle - offset));
         Shell& shell = shells_[shellOf_[wallFace_[largest[p]]]];
-        if (ahead <= -0.5 && shell.closed && !shell.cavity && altitudeOf(t) > thinnestLobe_ &&
-            winding(middle + lobe) <= -0.5) {
+        if (ahead <= -0.5 && shell.closed && !shell.cavity && winding(middle + lobe) <= -0.5) {
             shell.closed = false;
             shell.lastCap = shell.firstGuess = shell.firstCap;
             shell.holes = 0;

@@ -16,6 +16,9 @@ __extension__ using Wide = __float128;
 /// The smallest sine of the angle between a spoke and a vertex's supporting plane. With a smaller value rounding would
 /// decide; a vertex dropped for this rises above its neighbors by less than 1e-13 of their distance.
 constexpr double kStrict = 1e-13;
+/// Half of the solid angle, sr, from which on a pit is no vertex. With a smaller one tips from which slivers fold off
+/// more than they have would be missing; with a larger one shallow pits would cost time.
+constexpr double kPit = 1e-3;
 /// Altitude of a sliver as a share of its longest side. With a larger share the faces of fine meshes with coarse
 /// coordinates would count; with a smaller one slivers at short edges would not.
 constexpr double kSlender = 0.02;
@@ -120,7 +123,6 @@ class FeatureFinder {
           pulse_(pulse),
           corners_(body.walls),
           partner_(3 * (body.walls.size() + body.buried.size()), -1),
-          bend_(partner_.size(), 0),
           needle_(body.walls.size() + body.buried.size(), 0),
           faceOf_(body.walls.size(), -1),
           crowded_(body.vertices.size(), 0) {
@@ -149,8 +151,15 @@ class FeatureFinder {
     bool isThin(const Triangle& t, double altitude) const {
         return altitudeOf(t) <= std::min(altitude, kSlender * std::sqrt(longestEdge(t).length2));
     }
+    /// Whether two neighbors face in opposite directions.
+    bool isFolded(const Corners& s, const Corners& t) const {
+        const auto normal = [&](const Corners& c) {
+            return Vec3((point(c[1]) - point(c[0])).cross(point(c[2]) - point(c[0])));
+        };
+        return normal(s).dot(normal(t)) < 0;
+    }
     void flipSlivers();
-    bool flip(int face, std::vector<int>& twins);
+    bool flip(int ab, std::vector<int>& twins);
     void findWedges();
     void addWedges(const EdgeTable& table, const EdgeTable::Edge& edge);
     int beyondNeedles(int use, const Vec3& at) const;
@@ -162,17 +171,17 @@ class FeatureFinder {
     Pulse& pulse_;
     std::vector<Corners> corners_;  ///< by face: walls, then buried faces
     std::vector<Wedge> wedges_;
-    std::vector<int> partner_;       ///< by use: the other use of its wedge; -1: none
-    std::vector<signed char> bend_;  ///< by use: -1 convex, 1 concave, 0 flat or not known
-    std::vector<char> needle_;       ///< by face
-    std::vector<int> faceOf_;        ///< by wall: the index of its face; -1 for needles
-    std::vector<char> crowded_;      ///< by vertex: whether it is an end of an edge of more than two faces
-    std::vector<Vec3> directions_;   ///< of spokes
+    std::vector<int> partner_;      ///< by use: the other use of its wedge; -1: none
+    std::vector<char> needle_;      ///< by face
+    std::vector<int> faceOf_;       ///< by wall: the index of its face; -1 for needles
+    std::vector<char> crowded_;     ///< by vertex: whether it is an end of an edge of more than two faces
+    std::vector<Vec3> directions_;  ///< of spokes
     SurfaceFeatures out_;
 };
 
-/// The direction of a sliver as thin as the rounding of the file is rounding. Its longest side gives way to the edge
-/// between the corners opposite to it, which moves the surface by less than that rounding and leaves no gap.
+/// The direction of a sliver as thin as the rounding of the file is rounding. Its longest side, or one at which it is
+/// folded back over its neighbor, gives way to the edge between the corners opposite to it, which moves the surface by
+/// less than that rounding and leaves no gap.
 void FeatureFinder::flipSlivers() {
     const int n = int(corners_.size());
     const auto isSliver = [&](int face) {
@@ -195,17 +204,19 @@ void FeatureFinder::flipSlivers() {
         any = false;
         for (const int f : slivers) {
             pulse_();
-            if (!isSliver(f) || !flip(f, twins)) continue;
-            ++out_.dropped.needles;
-            any = true;
+            for (int side = 0; side < 3; ++side) {
+                if (!isSliver(f) || !flip(3 * f + side, twins)) continue;
+                ++out_.dropped.needles;
+                any = true;
+            }
         }
     }
 }
 
-/// Flips the longest side of a face if the two new ones are wider.
-bool FeatureFinder::flip(int face, std::vector<int>& twins) {
+/// Flips an edge if that unfolds its two faces or, at the longest side of the first one, widens the thinner of them.
+bool FeatureFinder::flip(int ab, std::vector<int>& twins) {
     const auto next = [](int use) { return use - use % 3 + (use + 1) % 3; };
-    const int ab = 3 * face + longestEdge(triangle(face)).first, ba = twins[ab];
+    const int face = ab / 3, ba = twins[ab];
     if (ba < 0 || isWall(face) != isWall(ba / 3)) return false;
     const int other = ba / 3, bc = next(ab), ca = next(bc), ad = next(ba), db = next(ad);
     const int a = corners_[face][ab % 3], b = endOf(ab), c = opposite(ab), d = opposite(ba);
@@ -216,7 +227,9 @@ bool FeatureFinder::flip(int face, std::vector<int>& twins) {
     };
     const double before = std::min(altitude(a, b, c), altitude(b, a, d));
     const double after = std::min(altitude(a, d, c), altitude(d, b, c));
-    if (!(after > kWidened * before)) return false;
+    const bool widens = ab % 3 == longestEdge(triangle(face)).first && after > kWidened * before;
+    const bool unfolds = after > 0 && isFolded({a, b, c}, {b, a, d}) && !isFolded({a, d, c}, {d, b, c});
+    if (!widens && !unfolds) return false;
     for (int use = bc;;) {  // from a corner to c, in the faces around it: the new edge must not be one already
         use = twins[next(use)];
         if (use < 0 || corners_[use / 3][use % 3] == d) return false;
@@ -329,12 +342,7 @@ void FeatureFinder::addEdge(const Wedge& wedge) {
     }
     int bend = sideOf(point(wing), triangle(begin));
     // Two faces in one plane, folded back to back: a fin without thickness.
-    const auto normal = [&](int face) {
-        const Triangle t = triangle(face);
-        return Vec3((t[1] - t[0]).cross(t[2] - t[0]));
-    };
-    if (bend == 0 && normal(begin).dot(normal(end)) < 0) bend = -1;
-    bend_[wedge.begin] = bend_[wedge.end] = static_cast<signed char>(bend);
+    if (bend == 0 && isFolded(corners_[begin], corners_[end])) bend = -1;
     if (!wedge.outer || !isWall(begin) || !isWall(end))
         ++out_.dropped.buriedEdges;
     else if (bend < 0)
@@ -344,20 +352,20 @@ void FeatureFinder::addEdge(const Wedge& wedge) {
 }
 
 /// Whether a plane touches the material around a vertex in that point alone. If all spokes are strictly on one side of
-/// a plane, the material is there or everywhere else. It is there if the spoke nearest to the plane is a convex edge.
+/// a plane, the material is there or everywhere else: the solid angle of the fan says where, to which
+/// slivers count that are folded back over other faces.
 bool FeatureFinder::isSupported(int vertex, std::span<const int> fan) {
     directions_.clear();
     for (const int use : fan) directions_.push_back((point(endOf(use)) - point(vertex)).normalized());
-    const std::optional<Vec3> inward = findSupport(directions_);
-    if (!inward) return false;
-    double least = HUGE_VAL;
-    int bend = 0;
-    for (std::size_t k = 0; k < fan.size(); ++k)
-        if (const double height = directions_[k].dot(*inward); bend_[fan[k]] != 0 && height < least) {
-            least = height;
-            bend = bend_[fan[k]];
-        }
-    return bend < 0;
+    const std::optional<Vec3> support = findSupport(directions_);
+    if (!support) return false;
+    const Vec3 inward = support->normalized();
+    double angle = 0;  // half of it. Source: A. van Oosterom, J. Strackee, The solid angle of a plane triangle (1983).
+    for (std::size_t k = 0; k < fan.size(); ++k) {
+        const Vec3 &a = directions_[k], &b = directions_[(k + 1) % fan.size()];
+        angle += std::atan2(inward.dot(a.cross(b)), 1 + inward.dot(a) + a.dot(b) + b.dot(inward));
+    }
+    return angle < kPit;
 }
 
 /// Walks the fan of faces around each corner of each wall. A corner has the number of the use that begins there.

@@ -65,4 +65,9 @@ TEST_CASE("fine parts: nothing enters in any tick, whatever the hand does", "[st
     for (const Case& c : cases(6, 3)) walk(c, 300, 1);
 }
 
+TEST_CASE("fine parts: nothing enters in any tick, whatever many hands do", "[step][long]") {
+    for (const Case& c : cases(20, 5))
+        for (const unsigned seed : {2u, 3u, 4u}) walk(c, 1200, seed);
+}
+
 }  // namespace touchstone::fine_parts_tests

@@ -88,10 +88,12 @@ Tally approach(const TriangleMesh& part, int steps, unsigned seed, double size) 
         const auto length = [&](double most) { return most * std::pow(10, -2.5 * uniform(random.engine)); };
         const Pose before{at + length(0.3) * way - turned * aim.at, turned};
         if (early.overlap(before)) continue;
-        // Turns stay so small that no point leaves its straight way by more than a quarter of the distance kept.
-        const Vec3 shift = at - length(0.3) * way - turned * aim.at - before.p;
-        const double most = kDistance / 4 / std::max(tool.extent.reach, shift.norm());
-        const Course step{before, shift, (i % 3 ? 0.0 : most) * random.vector().normalized()};
+        // Turns of up to what a tick allows: the arc that a point then leaves its straight way by bends less than is
+        // kept.
+        const double turn =
+            i % 3 ? 0 : std::pow(10, -uniform(random.engine)) * std::sqrt(kDistance / tool.extent.reach);
+        const Course step{before, at - length(0.3) * way - turned * aim.at - before.p,
+                          turn * random.vector().normalized()};
         const Pose after = step.end(tool.extent.center);
         ++tally.approached;
         if (!judge.overlap(after)) continue;
@@ -124,25 +126,25 @@ std::vector<Part> partsWith(double fillet, int teeth) {
 
 /// A part as it is, as files of few digits have it, and as careless meshers do. A grid as coarse as the fillets would
 /// fold them.
-std::vector<Part> writtenFrom(const Part& part, double fillet) {
+std::vector<Part> writtenFrom(const Part& part, double fillet, unsigned seed) {
     const TriangleMesh rounded = roundedTo(part.mesh, 1e-4);
     const TriangleMesh coarse = roundedTo(part.mesh, std::min(5e-4, fillet / 10));
     return {part,
             {part.name + ", rounded to 0.1 um", rounded},
-            {part.name + ", with slivers", withSlivers(rounded, 0.2, 3)},
-            {part.name + ", on a coarse grid with slivers", withSlivers(coarse, 0.2, 4)}};
+            {part.name + ", with slivers", withSlivers(rounded, 0.2, seed)},
+            {part.name + ", on a coarse grid with slivers", withSlivers(coarse, 0.2, seed + 1)}};
 }
 
-void checkThatAllBound(double fillet, int teeth, int steps) {
+void checkThatAllBound(double fillet, int teeth, int steps, unsigned seed) {
     for (const Part& part : partsWith(fillet, teeth))
-        for (const auto& [name, mesh] : writtenFrom(part, fillet)) {
+        for (const auto& [name, mesh] : writtenFrom(part, fillet, seed)) {
             CAPTURE(name);
             const RepairedMesh body = repairMesh(mesh);
             CHECK(body.closed());
             REQUIRE(body.thin / body.scale < kDistance / 2);
             for (const double size : {0.05, 1.0}) {
                 CAPTURE(size);
-                const Tally tally = approach(mesh, steps, unsigned(1e6 * fillet), size);
+                const Tally tally = approach(mesh, steps, unsigned(1e6 * fillet) + seed, size);
                 CHECK(tally.entered > steps / 20);
                 CHECK(tally.through == 0);
             }
@@ -152,7 +154,12 @@ void checkThatAllBound(double fillet, int teeth, int steps) {
 }  // namespace
 
 TEST_CASE("bounding: what approaches any triangle of a part crosses a feature, however fine the part is", "[surface]") {
-    for (const double fillet : {1e-3, 3e-3, 0.1}) checkThatAllBound(fillet, 6, 300);
+    for (const double fillet : {1e-3, 3e-3, 0.1}) checkThatAllBound(fillet, 6, 300, 3);
+}
+
+TEST_CASE("bounding: what approaches any triangle of a part crosses a feature, in many steps", "[surface][long]") {
+    for (const unsigned seed : {7u, 101u})
+        for (const double fillet : {1e-3, 2e-3, 5e-3, 0.02}) checkThatAllBound(fillet, 24, 1500, seed);
 }
 
 }  // namespace touchstone::bounding_tests
