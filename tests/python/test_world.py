@@ -1,6 +1,7 @@
 """Worlds, batches and runs against the program, to the bit."""
 
 import json
+import os
 import pickle
 import signal
 import subprocess
@@ -204,14 +205,17 @@ class Worlds(TestCase):
             time.sleep(1e-4)
         worker.join()
         self.assertGreater(turns, 10)
-        endless = (
-            "import touchstone as ts, numpy as np\n"
+        endless = (  # unless this test is killed, which interrupts nothing
+            "import os, sys, touchstone as ts, numpy as np\n"
             "s = ts.Scene('bunnies'); b = ts.Batch(s, 20); d = np.tile(s.motions[0].poses()[:, None], (1, 20, 1))\n"
             "print('ready', flush=True)\n"
-            "try:\n    while True: b.run(d)\n"
+            "try:\n    while os.getppid() == int(sys.argv[1]): b.run(d)\n"
             "except KeyboardInterrupt: print('stopped')\n"
         )
-        child = subprocess.Popen([sys.executable, "-c", endless], stdout=subprocess.PIPE, text=True)
+        child = subprocess.Popen(
+            [sys.executable, "-c", endless, str(os.getpid())], stdout=subprocess.PIPE, text=True
+        )
+        self.addCleanup(child.kill)
         self.assertEqual(child.stdout.readline(), "ready\n")
         time.sleep(0.5)
         child.send_signal(signal.SIGINT)
