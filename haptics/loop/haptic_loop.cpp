@@ -3,6 +3,8 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "haptics/threads/tick_period.hpp"
+
 namespace touchstone {
 namespace {
 
@@ -179,18 +181,16 @@ void HapticLoop::run(const std::stop_token& stop) {
     RateMeter meter;
     double rate = driver_.settings().rate;
     Pacer pacer(rate, realTime_.scheduled);
-    std::uint64_t lastBegan = steadyNanoseconds();
+    TickPeriod period;
     // Runs one tick; called here or by the device's scheduler. It returns false if control must return to this thread.
     const std::function<bool()> tick = [&] {
         takeRequests();
         if (snapshot.ticks > 0 && forgetHistory_.exchange(false, std::memory_order_relaxed))
             driver_.resume(snapshot.record);
         const Device* const device = driver_.session().device.get();
-        const std::uint64_t began = steadyNanoseconds();
-        clocks.periodMs = 1e-6 * static_cast<double>(began - lastBegan);
+        clocks.periodMs = period.begin();
         snapshot.record = driver_.tick(clocks);
         snapshot.record.overruns = pacer.overruns();
-        lastBegan = began;
 
         const std::span<const Pose> X_WO = driver_.session().state.obstacles();
         snapshot.X_WO.assign(X_WO.begin(), X_WO.end());

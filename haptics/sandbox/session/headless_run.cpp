@@ -19,7 +19,7 @@
 #include "haptics/sandbox/measure/watched_solver.hpp"
 #include "haptics/sandbox/record/recorder.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
-#include "haptics/threads/rt_thread.hpp"
+#include "haptics/threads/tick_period.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -47,6 +47,7 @@ class Pass {
             throw std::invalid_argument("the scene was opened without the sphere trees that these settings touch");
         const double rate = this->settings().rate;
         if (options.paced) pacer_.emplace(rate, false);
+        live_ = options.paced && moverOf(options.device) == Mover::Person;
         const bool endless = driver_ && driver_->session().device->duration().value_or(INFINITY) > kLongestMotionMs;
         if (options.seconds || endless)
             limit_ = std::max(1LL, std::llround(options.seconds.value_or(kUnendingSeconds) * rate));
@@ -62,14 +63,18 @@ class Pass {
     void ignoreSignals() { stops_ = false; }
 
     /// False when the run is over.
-    bool next(TickRecord& record, const TickClocks& clocks, bool audit) {
+    bool next(TickRecord& record, TickClocks clocks, bool audit) {
         if (stops_ && ticks_ > 0 && StopRequest::signal() != 0) return endWith(RunEnd::Signal);
         if (toTheEnd_ && driver_ && driver_->finished()) return endWith(RunEnd::Motion);
         if (limit_ > 0 && ticks_ == limit_) return endWith(toTheEnd_ ? RunEnd::Limit : RunEnd::Seconds);
+        // The force of a late tick is outdated for a hand; a motion that a second pass repeats is not judged by a
+        // clock.
+        if (live_) clocks.periodMs = period_.begin();
         if (!replay_)
             record = driver_->tick(clocks, audit);
         else if (!replay_->next(record, clocks, audit))
             return endWith(RunEnd::Motion);
+        if (live_) record.overruns = pacer_->overruns();
         if (pacer_) pacer_->wait();
         // The clock of the stages also counts while another program has the processor, so a stage could seem longer
         // than its tick.
@@ -120,6 +125,8 @@ class Pass {
     long long ticks_ = 0;
     RunEnd end_ = RunEnd::Motion;
     std::optional<Pacer> pacer_;
+    bool live_ = false;
+    TickPeriod period_;
 };
 
 /// The run without audit and shadow, which would otherwise be measured too.

@@ -14,7 +14,7 @@
 #include "haptics/sandbox/measure/fit_check.hpp"
 #include "haptics/sandbox/record/recorder.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
-#include "haptics/threads/rt_thread.hpp"
+#include "haptics/threads/tick_period.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -167,17 +167,20 @@ std::optional<ordered_json> runTrial(const HapticScene& scene, const Protocol& p
     TickDriver driver(std::make_unique<Session>(scene.world, settings, std::move(placed.device)));
     driver.engage();  // there is no user who could engage
     std::optional<Pacer> pacer;
+    TickPeriod period;
     if (moverOf(device) == Mover::Person) pacer.emplace(settings.rate, false);
     Recorder recorder(folder);
     recorder.announce(driver.session().number, recordedScene(scene.scene.file, *scene.world), device);
 
-    const TickClocks clocks{.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds};
+    TickClocks clocks{.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds};
     const double dt = 1000 / settings.rate;
     TrialMeasures measures(*scene.roles.goal, protocol.limits);
     std::optional<TrialEnd> end;
     TickRecord tick;
     while (!end && StopRequest::signal() == 0) {
+        if (pacer) clocks.periodMs = period.begin();
         tick = driver.tick(clocks);
+        if (pacer) tick.overruns = pacer->overruns();
         recorder.add({driver.session().state.input(), tick, driver.session().number});
         measures.add(tick, dt);
         end = endOf(measures.phases(), condition);

@@ -1,6 +1,9 @@
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <nlohmann/json.hpp>
+#include <thread>
 
+#include "haptics/device/safety.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 #include "tests/support/scene_maker.hpp"
@@ -73,6 +76,34 @@ TEST_CASE("headless run: its strongest tick is the one with the greatest force t
 
     options.seconds = 0.05;
     CHECK_FALSE(sandbox::runHeadless(pressed(), pressed().settings, options).strongest);  // nothing is touched yet
+}
+
+TEST_CASE("headless run: a late tick switches off the force of a hand, and no result that is repeated", "[sandbox]") {
+    // With a person, by the arm that no program has answered for; paced or not, by a motion.
+    struct {
+        const char* device;
+        bool paced, live;
+    } const cases[]{{"lab:5993", false, true}, {"lab:5993", true, true}, {"demo", false, false}, {"demo", true, false}};
+    const auto late = [](const TickRecord& record) { return record.trips >> int(Trip::LateTick) & 1; };
+    for (const auto& [device, paced, live] : cases) {
+        INFO(device << (paced ? ", paced" : ""));
+        sandbox::HeadlessOptions options;
+        options.device = device;
+        options.seconds = 0.2;
+        options.paced = paced;
+        int lateTicks = 0;
+        options.onTick = [&](const TickRecord& record, double) {
+            CHECK(late(record) == (record.periodUs > 1e3 * SafetyStage::kLatePeriods));
+            CHECK((!late(record) || record.wrench_out.isZero()));
+            lateTicks += late(record);
+            if (record.tick == 50) std::this_thread::sleep_for(std::chrono::milliseconds(30));
+            if (record.tick == 51) CHECK(late(record) == live);
+            if (record.tick > 1) CHECK((record.periodUs > 0) == live);
+        };
+        const sandbox::HeadlessRun run = sandbox::runHeadless(pressed(), pressed().settings, options);
+        CHECK(run.report.ticks == 200);
+        CHECK((lateTicks > 0) == live);
+    }
 }
 
 TEST_CASE("headless run: the friction of the materials is felt, reported, and can be switched off", "[sandbox]") {
