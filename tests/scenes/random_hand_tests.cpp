@@ -102,7 +102,8 @@ TEST_CASE("random hands: the geometry can change while friction holds the tool",
     for (const char* name : {"drawer", "incline"}) {
         INFO(name);
         const std::string file = TOUCHSTONE_BINARY_DIR "/scenes/" + std::string(name) + ".glb";
-        play(openBundled(file, true), {.ticks = 2000, .seed = 2, .swapping = true});
+        const double touched = play(openBundled(file, true), {.ticks = 690, .seed = 2, .swapping = true});
+        CHECK(touched > 0.2);  // in all of three rounds with both geometries
     }
 }
 

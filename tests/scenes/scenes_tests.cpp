@@ -115,10 +115,12 @@ TEST_CASE("scenes: between spheres, each meets its expected outcome where sphere
     }
 }
 
-TEST_CASE("scenes: each but the nut meets its expected outcome, and in no tenth tick do triangles overlap",
+TEST_CASE("scenes: one of each kind but the nut meets its expected outcome, and in no tenth tick do triangles overlap",
           "[scenes][slow]") {
+    // The turns of the nut take a minute; the other splines are the widest and the closest with clearances between.
+    const std::vector<std::string> left{"nut", "spline-002", "spline-01", "spline-05"};
     for (const fs::path& file : sceneFiles())
-        if (file.stem() != "nut") meetsOutcome(file, 10);  // whose turns take a minute
+        if (std::find(left.begin(), left.end(), file.stem()) == left.end()) meetsOutcome(file, 10);
 }
 
 TEST_CASE("scenes: each meets its expected outcome, and in no tick do triangles overlap", "[scenes][slow][long]") {
