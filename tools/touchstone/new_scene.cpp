@@ -161,6 +161,7 @@ engine::Animation screwed(Entity tool, const std::function<engine::RigidPart(dou
         const engine::RigidPart pose = at(left);
         const glm::dquat& q = pose.rotation;
         path.times.push_back(seconds);
+    if (goal.starts > 1) region["fold"] = goal.starts;
         path.values.emplace_back(pose.translation, 0);
         turning.times.push_back(seconds);
         turning.values.emplace_back(q.x, q.y, q.z, q.w);

@@ -41,6 +41,7 @@ struct NewGoal {
     double turn = 0;                  ///< rad about the axis, from the tool as it is modeled
     double play = 0;                  ///< rad about the axis that the tool may turn there, on either side
 };
+    int starts = 1;                   ///< of the thread, by each of which the tool may go in
 
 struct NewScene {
     std::string name;

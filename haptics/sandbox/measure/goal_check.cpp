@@ -24,6 +24,7 @@ constexpr double kInHole = 0.9;    // share of the depth: a tool that is raised 
 constexpr double kInFloor = 1.5;   // of the overlap: a tool that is raised by less comes out of a floor
 constexpr double kSeat = 0.1;      // leads by which a tool is screwed out of its seat to look for its phase
 constexpr double kPressed = 0.02;  // leads: threads that overlap by more are not in phase
+constexpr int kMostStarts = 8;
 
 bool isFree(const World& world, const Pose& X_WT) {
     return std::ranges::none_of(world.obstacles, [&](const Obstacle& obstacle) {
@@ -152,7 +153,7 @@ ThreadPhase threadPhase(const World& world, const GoalRegion& goal) {
     };
     const auto found = nearestFreeTurn([&](double turn) { return isFree(world, screwed(kSeat, turn)); });
     if (found && found->play >= kTurn / 2)
-        return {{}, "at its goal the tool turns freely, so its thread does not engage: check where the goal is"};
+        return {{}, 1, "at its goal the tool turns freely, so its thread does not engage: check where the goal is"};
     FreeTurn phase = found.value_or(FreeTurn{});
     double least = 0;
     if (!found) {  // threads without clearance: where they overlap least
@@ -170,20 +171,30 @@ ThreadPhase threadPhase(const World& world, const GoalRegion& goal) {
     }
     if (least > kPressed * std::abs(goal.lead))
         return {{},
+                1,
                 engine::formatted("the threads overlap by %.3f mm at every turn: check that the parts are on one axis, "
                                   "and the place of the goal",
                                   least)};
-    const auto comesOut = [&](double hand) {
-        return std::ranges::all_of(std::initializer_list<double>{0.25, 0.5, 0.75, 1, 1.5}, [&](double leads) {
-            const Pose X_WT = screwed(leads, phase.turn, hand);
-            return found ? isFree(world, X_WT)
-                         : -partGap(world, X_WT, 1e30, Overlaps::Estimated).gap < 2 * kPressed * std::abs(goal.lead);
-        });
+    const auto inPhase = [&](const Pose& X_WT) {
+        return found ? isFree(world, X_WT)
+                     : -partGap(world, X_WT, 1e30, Overlaps::Estimated).gap < 2 * kPressed * std::abs(goal.lead);
     };
-    if (comesOut(1)) return {phase, {}};
-    return {phase, comesOut(-1) ? "turned out with this lead the threads overlap, and with the opposite sign they do "
-                                  "not: the lead of a left-handed thread is negative"
-                                : "turned out with this lead the threads overlap: check the lead, the travel per turn"};
+    const auto comesOut = [&](double hand) {
+        return std::ranges::all_of(std::initializer_list<double>{0.25, 0.5, 0.75, 1, 1.5},
+                                   [&](double leads) { return inPhase(screwed(leads, phase.turn, hand)); });
+    };
+    const auto hasStarts = [&](int starts) {
+        for (int k = 1; k < starts; ++k)
+            if (!inPhase(screwed(kSeat, phase.turn + k * kTurn / starts))) return false;
+        return true;
+    };
+    int starts = kMostStarts;
+    while (!hasStarts(starts)) --starts;
+    if (comesOut(1)) return {phase, starts, {}};
+    return {phase, starts,
+            comesOut(-1) ? "turned out with this lead the threads overlap, and with the opposite sign they do "
+                           "not: the lead of a left-handed thread is negative"
+                         : "turned out with this lead the threads overlap: check the lead, the travel per turn"};
 }
 
 }  // namespace touchstone::sandbox

@@ -49,6 +49,7 @@ std::string midAirDoubt(const World& world, const GoalRegion& goal);
 /// A tool in phase with the thread at its goal.
 struct ThreadPhase {
     FreeTurn turn;      ///< from the goal as given
+    int starts = 1;     ///< of the thread: the tool is in phase as often in a turn
     std::string doubt;  ///< one sentence if there is no such phase, or it is lost when the tool is turned out
 };
 /// Turns the tool about the goal's +y until its thread lies in the middle of its play. Pre: the goal has a lead; all
