@@ -108,15 +108,43 @@ TEST_CASE("devices: what a person moves runs once, paced by the clock, with or w
     }
 }
 
-TEST_CASE("devices: a cap that is held still moves the tool through the whole run", "[device]") {
+TEST_CASE("devices: a cap that is held still moves the tool until its zero or the end of its daemon", "[device]") {
     const Program touchstone;
-    touchstone("run hello --headless --seconds 0.8 --ticks ticks.csv --device spacemouse", kSpnav);
-    const std::vector<double> x = column(touchstone.file("ticks.csv"), "device_x_mm");
-    REQUIRE(x.size() == 800);
-    // 50 mm/s from the first event on, which the reading thread has after a few ticks, or 0.2 s on a busy machine.
-    CHECK(x.back() - x.front() > 0.6 * 50);
-    CHECK(x.back() - x.front() < 0.8 * 50);
-    CHECK(x.back() - x[x.size() - 2] == Approx(0.05));
+    struct {
+        const char *cap, *way;
+        bool ends, dies;
+    } const cases[]{{"held", "", false, false},
+                    {"held:900", "", true, false},
+                    {"held:900", " --paced", true, false},
+                    {"dies:900", "", true, true}};
+    for (const auto& [cap, way, ends, dies] : cases) {
+        INFO(cap << way);
+        const Answer answer =
+            touchstone("run hello --headless --seconds 1.4 --ticks ticks.csv --report report.json --device spacemouse" +
+                           std::string(way),
+                       kSpnav + " FAKE_SPNAV=" + cap);
+        INFO(answer.out << answer.err);
+        const std::vector<double> x = column(touchstone.file("ticks.csv"), "device_x_mm"),
+                                  period = column(touchstone.file("ticks.csv"), "period_us");
+        REQUIRE(x.size() == 1400);
+        // From the first event on it moves by 0.05 mm in each tick, 50 mm/s; then it rests.
+        std::size_t first = 1, last = x.size();
+        while (first < x.size() && x[first] == x[first - 1]) ++first;
+        while (last > first && x[last - 1] == x[last - 2]) --last;
+        double pushed = 0;  // s by the clock of the ticks
+        int paused = 0;
+        for (std::size_t i = first; i < last; ++i) {
+            paused += std::abs(x[i] - x[i - 1] - 0.05) > 1e-9;
+            pushed += 1e-6 * period[i];
+        }
+        CHECK(paused == 0);
+        CHECK(pushed > 0.6);  // longer than any pause of a hand; the rest for what comes before the first tick
+        CHECK((last < x.size()) == ends);
+        const auto report = nlohmann::json::parse(textOf(touchstone.file("report.json")));
+        CHECK((report.at("device_trouble") ==
+               (dies ? "The SpaceMouse's daemon is gone: start spacenavd and choose the device again" : "")));
+        CHECK((report.value("safety_fault", "") == "device fault") == dies);
+    }
 }
 
 TEST_CASE("run: a long run without a window says how far it is and when it ends, on the error stream alone",
