@@ -279,7 +279,8 @@ TEST_CASE("referee: systems are judged on one motion, and the page has them all"
     const Program touchstone;
     const Answer answer =
         touchstone("referee --motions plate-10,wedge-friction --seconds 0.2 --limit 2 --rates 250,1000,5000 --out " +
-                   touchstone.file("judged"));
+                       touchstone.file("judged"),
+                   "TOUCHSTONE_CACHE=" TOUCHSTONE_BINARY_DIR "/cache");  // the trees of bundled scenes are built once
     INFO(answer.err);
     REQUIRE(answer.code == 0);
     const auto table = tableOf(touchstone.file("judged/referee.csv"));
