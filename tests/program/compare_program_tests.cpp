@@ -278,7 +278,7 @@ TEST_CASE("referee: a recording of the user goes through every geometry, mode an
 TEST_CASE("referee: systems are judged on one motion, and the page has them all", "[program][gl]") {
     const Program touchstone;
     const Answer answer =
-        touchstone("referee --motions plate-10,wedge-friction --seconds 0.2 --limit 2 --rates 250,1000,5000 --out " +
+        touchstone("referee --motions plate-10,wedge-friction --seconds 0.1 --limit 2 --rates 250,1000,5000 --out " +
                        touchstone.file("judged"),
                    "TOUCHSTONE_CACHE=" TOUCHSTONE_BINARY_DIR "/cache");  // the trees of bundled scenes are built once
     INFO(answer.err);
