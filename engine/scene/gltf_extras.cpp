@@ -153,7 +153,10 @@ void replaceMotion(const fs::path& file, ordered_json& document, int index, cons
         auto input = inputs.find(channel.times);
         if (input == inputs.end())
             input = inputs.emplace(channel.times, writer.add({channel.times.begin(), channel.times.end()}, 1)).first;
-        samplers.push_back({{"input", input->second}, {"output", writer.add(values, components)}});
+        ordered_json sampler{{"input", input->second}, {"output", writer.add(values, components)}};
+        if (channel.interpolation != Interpolation::Linear)
+            sampler["interpolation"] = channel.interpolation == Interpolation::Step ? "STEP" : "CUBICSPLINE";
+        samplers.push_back(std::move(sampler));
         channels.push_back(
             {{"sampler", samplers.size() - 1},
              {"target", {{"node", update.node}, {"path", components == 4 ? "rotation" : "translation"}}}});

@@ -1,7 +1,9 @@
 #include "engine/scene/text.hpp"
 
+#include <algorithm>
 #include <cstdarg>
 #include <cstdio>
+#include <string_view>
 
 namespace touchstone::engine {
 
@@ -23,6 +25,17 @@ std::string anyOf(std::span<const char* const> names) {
         all += names[i];
     }
     return all;
+}
+
+std::string shellQuoted(const std::string& word) {
+    const auto plain = [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+               std::string_view("-_./:,=+@%").find(c) != std::string_view::npos;
+    };
+    if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
+    std::string quoted = "'";
+    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
 }
 
 }  // namespace touchstone::engine

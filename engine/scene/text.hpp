@@ -11,4 +11,7 @@ namespace touchstone::engine {
 /// "a, b or c".
 std::string anyOf(std::span<const char* const> names);
 
+/// Quotes a word for a POSIX shell where that is necessary.
+std::string shellQuoted(const std::string& word);
+
 }  // namespace touchstone::engine

@@ -67,4 +67,12 @@ inline bool isOneSentence(const std::string& text) {
     return text.size() > 12 && text.rfind("touchstone: ", 0) == 0 && std::count(text.begin(), text.end(), '\n') == 1;
 }
 
+/// The arguments of the command that a sentence offers: "Then touchstone new ... -o FILE writes it so".
+inline std::string commandIn(const std::string& text) {
+    const std::string before = "Then touchstone ";
+    const std::size_t from = text.find(before);
+    REQUIRE(from != std::string::npos);
+    return text.substr(from + before.size(), text.find(" writes it so", from) - from - before.size());
+}
+
 }  // namespace touchstone::test

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "engine/scene/gltf_write.hpp"
+#include "haptics/sandbox/scene/scene_world.hpp"
 #include "tests/program/program.hpp"
 
 namespace touchstone::program_tests {
@@ -365,25 +366,73 @@ TEST_CASE("program: a scene in millimeters is asked about, and new scales it", "
     engine::writeGltf(scene, touchstone.file("mm.glb"));
     Answer answer = touchstone("validate " + touchstone.file("mm.glb"));
     CHECK_THAT(answer.out, Contains("\"plate\" is 57.4 m across: should it be 57.4 mm, as if millimeters") &&
-                               Contains("touchstone new --scene FILE --scale 0.001"));
-    answer = touchstone("new --scene " + touchstone.file("mm.glb") + " --scale 0.001 -o " + touchstone.file("m.glb"));
+                               Contains("touchstone new --scene " + touchstone.file("mm.glb") + " --scale 0.001"));
+    answer = touchstone(commandIn(answer.out));
     INFO(answer.err);
     REQUIRE(answer.code == 0);
-    answer = touchstone("validate " + touchstone.file("m.glb"));
+    answer = touchstone("validate mm-scaled.glb");
     CHECK_THAT(answer.out, !Contains("should it be"));
-    answer = touchstone("tree " + touchstone.file("m.glb") + " --leaves 64 --json");
+    answer = touchstone("tree mm-scaled.glb --leaves 64 --json");
     CHECK(json::parse(answer.out.substr(0, answer.out.find('\n'))).at("diagonal_mm") == Approx(10 * std::sqrt(3)));
     CHECK(touchstone("new --scene " + touchstone.file("mm.glb") + " --scale 0 -o " + touchstone.file("0.glb")).code ==
           2);
     CHECK(touchstone("new -o " + touchstone.file("0.glb")).code == 2);
 
-    scene.animations.push_back(translation(scene.nodes[0], {0, 1}, {{0, 20, 0, 0}, {0, 5, 0, 0}}));
+    // Two motions of one node: one cannot be scaled, so that no command is offered.
+    for (int i = 0; i < 2; ++i)
+        scene.animations.push_back(translation(scene.nodes[0], {0, 1}, {{0, 20, 0, 0}, {0, 5, 0, 0}}));
     engine::writeGltf(scene, touchstone.file("moved.glb"));
-    answer =
-        touchstone("new --scene " + touchstone.file("moved.glb") + " --scale 0.001 -o " + touchstone.file("0.glb"));
+    CHECK_THAT(touchstone("validate moved.glb").out,
+               Contains("should it be") && Contains("scale it where it was made") && !Contains("--scene"));
+    answer = touchstone("new --scene moved.glb --scale 0.001 -o 0.glb");
     CHECK(answer.code == 1);
     CHECK(isOneSentence(answer.err));
-    CHECK_THAT(answer.err, Contains("it is animated"));
+    CHECK_THAT(answer.err, Contains("several motions"));
+}
+
+TEST_CASE("program: a scaled scene is the scene that was made in the right unit", "[program]") {
+    const Program touchstone;
+    // The scene of inches that were taken for millimeters, scaled as it says, and the same made with inches.
+    const auto box = [&](const std::string& name, const glm::dvec3& low, const glm::dvec3& high) {
+        std::ofstream out(touchstone.file(name));
+        for (int i = 0; i < 8; ++i)
+            out << "v " << (i & 1 ? high.x : low.x) << ' ' << (i & 2 ? high.y : low.y) << ' '
+                << (i & 4 ? high.z : low.z) << '\n';
+        out << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    };
+    box("tool.obj", {-0.25, 0, -0.25}, {0.25, 1.5, 0.25});
+    box("plate.obj", {-1, -1, -1}, {1, 0, 1});
+    const std::string options[]{"", " --goal 0.01,0.02", " --goal 0.01,0.02 --demo"};
+    for (const std::string& each : options) {
+        INFO(each);
+        const std::string parts = "new --tool tool.obj --obstacle plate.obj" + each;
+        const Answer wrong = touchstone(parts + " -o wrong.glb");
+        REQUIRE(wrong.code == 0);
+        REQUIRE(touchstone(parts + " --unit in -o right.glb").code == 0);
+        const Answer scaled = touchstone(commandIn(wrong.out));
+        INFO(wrong.out << scaled.err);
+        REQUIRE(scaled.code == 0);
+        // Without the name, which comes first; of a fit the verdict, since corners are equally near.
+        const auto saidBy = [&](const std::string& command, const std::string& name) {
+            const std::string text = touchstone(command + " " + name + ".glb").out;
+            if (text.empty()) return text;  // a scene without a goal has no fit
+            const std::size_t end = text.find('\n');
+            return command == "validate" ? text.substr(end) : text.substr(name.size(), end - name.size());
+        };
+        for (const char* command : {"validate", "fit"})
+            CHECK(saidBy(command, "wrong-scaled") == saidBy(command, "right"));
+        const sandbox::HapticScene one = sandbox::openScene(touchstone.file("wrong-scaled.glb")),
+                                   other = sandbox::openScene(touchstone.file("right.glb"));
+        CHECK((sandbox::startPose(one).p - sandbox::startPose(other).p).norm() < 1e-4);
+        REQUIRE(one.roles.goal.has_value() == !each.empty());
+        if (each.empty()) continue;
+        CHECK((one.roles.goal->X_WT.p - other.roles.goal->X_WT.p).norm() < 1e-4);
+        CHECK(one.roles.goal->tolerance == Approx(other.roles.goal->tolerance));
+        CHECK(one.roles.goal->depth == Approx(other.roles.goal->depth));
+        REQUIRE(bool(one.demonstration) == bool(other.demonstration));
+        for (double t = 0; one.demonstration && t < 5000; t += 250)
+            CHECK((one.demonstration->at(t).p - other.demonstration->at(t).p).norm() < 1e-4);
+    }
 }
 
 TEST_CASE("program: new makes a scene from two parts in millimeters", "[program]") {

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include "engine/edit/scene_edit.hpp"
+#include "engine/edit/scene_scale.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/gltf_write.hpp"
 #include "haptics/sandbox/measure/goal_check.hpp"
@@ -38,7 +38,7 @@ struct NewOptions {
 int scaleScene(const NewOptions& options) {
     if (!(options.scale > 0)) throw UsageError("--scale is a positive number");
     engine::Scene scene = engine::readGltf(options.scene);
-    engine::applyEdits(scene, sandbox::scaled(scene, options.scale));
+    engine::applyEdits(scene, engine::scaled(scene, options.scale, "touchstone"));
     engine::saveScene(scene, options.output);
     std::printf("%s: scaled by %g\n", options.output.string().c_str(), options.scale);
     return kOk;

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "engine/edit/scene_scale.hpp"
 #include "haptics/sandbox/panels/panels.hpp"
 
 namespace touchstone::sandbox {
@@ -66,7 +67,7 @@ bool drawUnitQuestion(const HapticScene& scene, const UnitQuestion& question, Pa
     const bool keep = ImGui::Button("Keep this size", {-1, 0});
     engine::noteItem(items, "keep size");
     if (scale) try {
-            requests.edits = scaled(scene.scene, question.scale);
+            requests.edits = engine::scaled(scene.scene, question.scale, "touchstone");
         } catch (const engine::SceneError& e) {
             requests.refusal = e.what();
         }

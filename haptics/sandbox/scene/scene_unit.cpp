@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "engine/edit/scene_scale.hpp"
 #include "engine/scene/gltf_container.hpp"
+#include "engine/scene/text.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -41,21 +43,17 @@ std::optional<UnitQuestion> unitQuestion(const std::vector<std::string>& labels,
                                          sized(*most * unit->scale) + ", as if " + unit->question + "?"};
 }
 
-std::vector<engine::SceneEdit> scaled(const engine::Scene& scene, double scale) {
-    std::vector<engine::SceneEdit> edits;
-    for (const engine::Entity root : scene.roots) {
-        for (const engine::Animation& animation : scene.animations)
-            if (engine::animates(animation, root))
-                engine::failIn(scene.file, engine::nodeLabel(scene, root),
-                               "it is animated, and its motion would not be scaled with it: scale the scene where it "
-                               "was made");
-        const auto from = scene.registry.get<engine::LocalTransform>(root);
-        auto to = from;
-        to.translation *= scale;
-        to.scale *= scale;
-        edits.push_back(engine::PlaceNode{engine::nodeIndex(scene, root), from, to});
+std::string scaleHint(const engine::Scene& scene, const UnitQuestion& question) {
+    std::filesystem::path out = scene.file;
+    out.replace_filename(scene.file.stem().string() + "-scaled" + scene.file.extension().string());
+    try {
+        engine::scaled(scene, question.scale, "touchstone");
+    } catch (const engine::SceneError&) {
+        return question.text + " Then scale it where it was made";
     }
-    return edits;
+    return engine::formatted("%s Then touchstone new --scene %s --scale %g -o %s writes it so, and the window asks",
+                             question.text.c_str(), engine::shellQuoted(scene.file.string()).c_str(), question.scale,
+                             engine::shellQuoted(out.string()).c_str());
 }
 
 }  // namespace touchstone::sandbox

@@ -21,8 +21,7 @@ struct UnitQuestion {
 /// twice, explain them.
 std::optional<UnitQuestion> unitQuestion(const std::vector<std::string>& labels, const std::vector<double>& sizes);
 
-/// The edits that scale a scene about the origin. Throws engine::SceneError if a root is animated: edits leave
-/// motions as they are.
-std::vector<engine::SceneEdit> scaled(const engine::Scene& scene, double scale);
+/// The question, and the command that scales the scene if engine::scaled() can.
+std::string scaleHint(const engine::Scene& scene, const UnitQuestion& question);
 
 }  // namespace touchstone::sandbox

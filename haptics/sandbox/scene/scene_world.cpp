@@ -211,12 +211,7 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Setting
     world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());
     requireValid(scene, roles.tool, world->X_WT_start, "it starts");
     made.unit = parts.unit();
-    if (made.unit) {
-        std::ostringstream scale;
-        scale << made.unit->text << " Then touchstone new --scene FILE --scale " << made.unit->scale
-              << " writes it so, and the window asks";
-        made.warnings.push_back(scale.str());
-    }
+    if (made.unit) made.warnings.push_back(scaleHint(scene, *made.unit));
     if (!options.buildWorld) return made;
 
     const bool all = options.allTrees || geometryOf(settings) == Geometry::Spheres;

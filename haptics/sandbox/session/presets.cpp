@@ -50,17 +50,6 @@ std::span<const Preset> presetTable() {
     return kTable;
 }
 
-std::string shellQuoted(const std::string& word) {
-    const auto plain = [](char c) {
-        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-               std::string_view("-_./:,=+@%").find(c) != std::string_view::npos;
-    };
-    if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
-    std::string quoted = "'";
-    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return quoted + "'";
-}
-
 std::string commandLine(const std::filesystem::path& file, const std::string& device, const Settings& scene,
                         const Settings& settings) {
     std::string line = "touchstone run " + shellQuoted(file.string()) + " --headless --device " + shellQuoted(device);

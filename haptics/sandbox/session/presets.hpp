@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "engine/scene/text.hpp"
 #include "haptics/loop/settings.hpp"
 
 namespace touchstone::sandbox {
@@ -30,7 +31,6 @@ std::span<const Preset> presetTable();
 std::string commandLine(const std::filesystem::path& file, const std::string& device, const Settings& scene,
                         const Settings& settings);
 
-/// Quotes a word for a POSIX shell where that is necessary.
-std::string shellQuoted(const std::string& word);
+using engine::shellQuoted;
 
 }  // namespace touchstone::sandbox

@@ -1,0 +1,73 @@
+#include "engine/edit/scene_scale.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "engine/scene/gltf_container.hpp"
+
+namespace touchstone::engine {
+namespace {
+
+/// Scales all numbers of a value.
+void scaleNumbers(nlohmann::json& value, double scale) {
+    if (value.is_number()) value = scale * value.get<double>();
+    if (value.is_structured())
+        for (nlohmann::json& part : value) scaleNumbers(part, scale);
+}
+
+/// Scales what extras give in meters. Precisions, which are in millimeters, stay.
+void scaleLengths(nlohmann::json& extras, double scale) {
+    if (!extras.is_structured()) return;
+    for (const auto& [key, value] : extras.items())
+        if ((key.ends_with("_m") && !key.ends_with("_per_m")) || key == "translation")
+            scaleNumbers(value, scale);
+        else
+            scaleLengths(value, scale);
+}
+
+bool scales(const Animation& animation, Entity node) {
+    return std::ranges::any_of(animation.channels, [&](const AnimationChannel& channel) {
+        return channel.target == node && channel.path == AnimationPath::Scale;
+    });
+}
+
+}  // namespace
+
+std::vector<SceneEdit> scaled(const Scene& scene, double scale, const char* member) {
+    std::vector<SceneEdit> edits;
+    for (const Entity node : scene.nodes) {
+        const auto* marking = node ? scene.registry.find<NodeMarking>(node) : nullptr;
+        if (!marking || !marking->extras->is_object() || !marking->extras->contains(member)) continue;
+        nlohmann::json extras = *marking->extras;
+        scaleLengths(extras[member], scale);
+        if (extras != *marking->extras) edits.push_back(SetExtras{nodeIndex(scene, node), std::move(extras)});
+    }
+    for (const Entity root : scene.roots) {
+        const auto moves = [&](const Animation& animation) { return animates(animation, root); };
+        const auto first = std::ranges::find_if(scene.animations, moves);
+        if (std::ranges::count_if(scene.animations, moves) > 1 ||
+            (first != scene.animations.end() && scales(*first, root)))
+            failIn(scene.file, nodeLabel(scene, root),
+                   "it has several motions, or one that scales it, which would not be scaled with it: scale the "
+                   "scene where it was made");
+        if (first != scene.animations.end()) {
+            auto motion = std::make_shared<Animation>();
+            for (AnimationChannel channel : first->channels) {
+                if (channel.target != root) continue;
+                if (channel.path == AnimationPath::Translation)
+                    for (glm::dvec4& value : channel.values) value *= scale;  // and tangents
+                motion->channels.push_back(std::move(channel));
+            }
+            edits.push_back(SetMotion{nodeIndex(scene, root), {}, std::move(motion)});
+        }
+        const auto from = scene.registry.get<LocalTransform>(root);
+        auto to = from;
+        to.translation *= scale;
+        to.scale *= scale;
+        edits.push_back(PlaceNode{nodeIndex(scene, root), from, to});
+    }
+    return edits;
+}
+
+}  // namespace touchstone::engine
