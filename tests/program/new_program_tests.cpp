@@ -26,13 +26,14 @@ sandbox::HapticScene open(const std::string& file) {
     return sandbox::openScene(file, options);
 }
 
-/// Writes a box as OBJ, two opposite corners in its file's unit.
-void writeBox(const std::string& file, const glm::dvec3& low, const glm::dvec3& high) {
+/// Writes a box as OBJ, two opposite corners in its file's unit, maybe without its last sides: +x, -x, +y, -y, ...
+void writeBox(const std::string& file, const glm::dvec3& low, const glm::dvec3& high, int without = 0) {
     std::ofstream out(file);
     for (int i = 0; i < 8; ++i)
         out << "v " << (i & 1 ? high.x : low.x) << ' ' << (i & 2 ? high.y : low.y) << ' ' << (i & 4 ? high.z : low.z)
             << '\n';
-    out << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    const char* sides[]{"1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"};
+    for (int i = 0; i + without < 6; ++i) out << "f " << sides[i] << '\n';
 }
 
 Vec3 goalOf(const sandbox::HapticScene& scene) {
@@ -184,6 +185,57 @@ TEST_CASE("new: a goal inside an obstacle or in mid-air is named by all commands
         }
 }
 
+TEST_CASE("new: what is closed or open is named with its place in the file, and each command that is printed answers",
+          "[program]") {
+    const Program touchstone;
+    // A side of a cube may be missing on purpose, one of a plate of 40 x 2 x 40 mm is closed, two of one are not.
+    struct {
+        bool zUp;
+        int ofTool, ofPlate;  ///< sides that are missing
+    } const cases[]{{false, 1, 0}, {false, 0, 1}, {false, 0, 2}, {true, 1, 1}, {true, 2, 0}};
+    for (const auto& [zUp, ofTool, ofPlate] : cases) {
+        INFO((zUp ? "z" : "y") << " up, without " << ofTool << " sides of the tool and " << ofPlate << " of the plate");
+        const auto at = [&](double x, double y, double z) { return zUp ? glm::dvec3(x, z, y) : glm::dvec3(x, y, z); };
+        writeBox(touchstone.file("tool.obj"), at(0, -1, 0), at(10, 9, 10), ofTool);
+        writeBox(touchstone.file("plate.obj"), at(-15, -2, -15), at(25, 0, 25), ofPlate);
+        const Answer made =
+            touchstone("new --tool tool.obj --obstacle plate.obj --assembled --demo --leaves 64 -o a.glb" +
+                       std::string(zUp ? " --up z" : ""));
+        INFO(made.out << made.err);
+        REQUIRE(made.code == 0);
+        const bool open = ofTool > 0 || ofPlate > 1;
+        const auto named = [&](const std::string& what) { return made.out.find(what) != std::string::npos; };
+        CHECK(named("tool.obj has ") == (ofTool > 0));
+        CHECK(named("plate.obj has ") == (ofPlate > 1));
+        CHECK(named("plate.obj: was repaired: 1 hole closed") == (ofPlate == 1));
+        // The side at +x.
+        if (ofTool == 1)
+            CHECK(named(zUp ? "1 hole (4 open edges), 14.1 mm across at (10.0, 5.0, 4.0) mm"
+                            : "1 hole (4 open edges), 14.1 mm across at (10.0, 4.0, 5.0) mm"));
+        if (ofPlate == 1) CHECK(named(zUp ? "at (25.0, 5.0, -1.0) mm" : "at (25.0, -1.0, 5.0) mm"));
+        CHECK(named("/touchstone fit ") == !open);
+        std::istringstream lines(made.out.substr(made.out.find("Next:\n") + 6));
+        for (std::string line; std::getline(lines, line);) {
+            const std::string arguments = line.substr(line.find("/touchstone ") + 12);
+            const Answer answer = touchstone(arguments + (arguments == "run a.glb" ? " --headless" : ""));
+            INFO(line << '\n' << answer.out << answer.err);
+            CHECK((answer.code == 0 || answer.code == 3));  // 3: it does not fit, or is not seated
+        }
+        const Answer valid = touchstone("validate a.glb"), fit = touchstone("fit a.glb");
+        INFO(valid.out << fit.err);
+        CHECK(valid.code == 0);
+        if (!open) {
+            CHECK((fit.code == 0 || fit.code == 3));
+            continue;
+        }
+        CHECK_THAT(valid.out, !Contains("touchstone fit"));
+        CHECK(fit.code == 1);
+        CHECK_THAT(fit.err.substr(fit.err.find("touchstone: ")),
+                   Contains(ofTool > 0 ? "\"tool\" has " : "\"plate\" has ") && Contains(" mm across at (") &&
+                       Contains("close it in the program that made it"));
+    }
+}
+
 TEST_CASE("new: sizes that suggest another unit are asked about, with the option that gives it", "[program]") {
     const Program touchstone;
     for (const double size : {0.25, 4.0, 10.0, 600.0, 2000.0}) {  // a cube's edge as it is read, mm
@@ -215,6 +267,8 @@ void writePart(const std::string& file, const engine::MeshData& mesh, double tur
         const glm::dvec3 at = 1000 / mm * (q * glm::dvec3(p));
         out << "v " << at.x << ' ' << at.y << ' ' << at.z << '\n';
     }
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
+        out << "f " << mesh.indices[i] + 1 << ' ' << mesh.indices[i + 1] + 1 << ' ' << mesh.indices[i + 2] + 1 << '\n';
 }
 
 }  // namespace
@@ -283,8 +337,6 @@ TEST_CASE("new: the way out may be any axis, and z may be up", "[program]") {
         const Answer made = touchstone("new --tool " + touchstone.file("pin.obj") + " --obstacle " +
                                        touchstone.file("wall.obj") + " --assembled --demo " + options + " -o " + scene);
         INFO(made.err);
-    for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
-        out << "f " << mesh.indices[i] + 1 << ' ' << mesh.indices[i + 1] + 1 << ' ' << mesh.indices[i + 2] + 1 << '\n';
         REQUIRE(made.code == 0);
         return open(scene);
     };

@@ -1,4 +1,5 @@
 // touchstone new: makes a scene from parts, or from a scene of another unit.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -108,19 +109,20 @@ void findPhase(NewScene& parts, std::vector<std::string>& warnings) {
     if (!phase.doubt.empty()) warnings.push_back(phase.doubt);
     parts.goal->turn = phase.turn.turn;
     parts.goal->play = phase.turn.play;
-    std::printf(
     parts.goal->starts = phase.starts;
     const std::string starts = phase.starts > 1 ? ", " + std::to_string(phase.starts) + " starts" : "";
+    std::printf(
         "  thread    %s-handed, %.4g mm per turn%s; the tool is turned by %.1f° to be in phase, with a play of "
         "±%.1f°\n",
         parts.goal->lead < 0 ? "left" : "right", std::abs(parts.goal->lead) * sandbox::kMmPerMeter, starts.c_str(),
         phase.turn.turn * 180 / std::numbers::pi, phase.turn.play * 180 / std::numbers::pi);
 }
 
-void printNext(const NewOptions& options) {
+void printNext(const NewOptions& options, bool closed) {
     const std::string program = programAsTyped(), scene = sandbox::shellQuoted(options.output.string());
     std::printf("Next:\n  %s run %s\n", program.c_str(), scene.c_str());
-    if (options.assembled || !options.goal.empty()) std::printf("  %s fit %s\n", program.c_str(), scene.c_str());
+    if (closed && (options.assembled || !options.goal.empty()))
+        std::printf("  %s fit %s\n", program.c_str(), scene.c_str());
     const std::string picture = sandbox::shellQuoted(fs::path(options.output).replace_extension(".png").string());
     std::printf("  %s run %s --headless --screenshot %s\n", program.c_str(), scene.c_str(), picture.c_str());
 }
@@ -184,7 +186,8 @@ int makeNew(const NewOptions& options) {
         if (std::string doubt = sandbox::goalDoubt(*written.world, *written.roles.goal); !doubt.empty())
             warnings.push_back(std::move(doubt));
     for (const std::string& warning : warnings) std::printf("  warning: %s\n", engine::escaped(warning).c_str());
-    printNext(options);
+    const auto isOpen = [](const Part& part) { return part.open; };
+    printNext(options, !parts.tool.open && std::ranges::none_of(parts.obstacles, isOpen));
     return kOk;
 }
 

@@ -52,8 +52,8 @@ TriangleMesh shownTriangles(const Scene& scene) {
 }
 
 /// The box around what is shown and encloses something: a stray triangle is no part of the part. Adds a note on what is
-/// left out, or closed.
-void findBox(Part& part, const std::string& file) {
+/// left out, closed, or open, with its place in the coordinates of the file.
+void findBox(Part& part, const std::string& file, bool zUp) {
     TriangleMesh shown = shownTriangles(part.content);
     if (shown.triangles.empty())
         throw engine::SceneError(file + ": shows no triangles; export the part with its mesh visible");
@@ -68,9 +68,24 @@ void findBox(Part& part, const std::string& file) {
     const Vec3 base(middle.x, middle.y, middle.z);
     for (Vec3& p : shown.vertices) p = (p - base) * sandbox::kMmPerMeter;
     try {
-        const RepairedMesh body = repairMesh(shown);
+        RepairedMesh body = repairMesh(shown);
+        const auto inFile = [&](Vec3& place) {
+            place += sandbox::kMmPerMeter * base;
+            if (zUp) place = {place.x(), 0 - place.z(), place.y()};
+        };
+        for (std::vector<MeshPatch>* patches : {&body.closedHoles, &body.loose})
+            for (MeshPatch& patch : *patches) inFile(patch.place);
         if (!body.loose.empty() || !body.closedHoles.empty())
             part.notes.push_back(file + ": was repaired: " + sandbox::words(body));
+        part.open = !body.closed();
+        if (part.open) {
+            MeshDefects defects = defectsOf(body);
+            inFile(defects.largest.place);
+            part.notes.push_back(
+                file + " has " + sandbox::words(defects) +
+                ": it is touched by its spheres, and its fit cannot be measured, until you close it in "
+                "the program that made it");
+        }
         if (body.loose.empty()) return;
         part.low = glm::dvec3(1e30);
         part.high = glm::dvec3(-1e30);
@@ -146,6 +161,7 @@ void addGoal(Scene& scene, const NewGoal& goal, double depth, double size, const
                           {"tolerance_rad", std::max(kToleranceAngle, kPlay * goal.play)},
                           {"hold_s", 0.5}};
     if (goal.lead != 0) region["lead_m"] = goal.lead;
+    if (goal.starts > 1) region["fold"] = goal.starts;
     const Entity node = addNode(scene, "goal", {}, {.translation = pose.translation, .rotation = pose.rotation});
     setExtras(scene, node,
               {{"touchstone", {{"role", sandbox::name(sandbox::Role::Goal)}, {"goal", std::move(region)}}}});
@@ -161,7 +177,6 @@ engine::Animation screwed(Entity tool, const std::function<engine::RigidPart(dou
         const engine::RigidPart pose = at(left);
         const glm::dquat& q = pose.rotation;
         path.times.push_back(seconds);
-    if (goal.starts > 1) region["fold"] = goal.starts;
         path.values.emplace_back(pose.translation, 0);
         turning.times.push_back(seconds);
         turning.values.emplace_back(q.x, q.y, q.z, q.w);
@@ -215,7 +230,7 @@ Part readPart(const std::filesystem::path& file, const PartFrame& frame, const e
         for (const std::string& warning : part.content.warnings) part.notes.push_back(warning);
     }
     engine::updateWorldTransforms(part.content);
-    findBox(part, file.string());
+    findBox(part, file.string(), frame.zUp && engine::isMeshFile(file));
     return part;
 }
 

@@ -25,6 +25,7 @@ struct Part {
     engine::Scene content;
     glm::dvec3 low{0}, high{0};
     glm::dvec3 origin{0};            ///< of its node: not 0 if its file has it far from the origin
+    bool open = false;               ///< it bounds no volume, so that its fit cannot be measured
     std::vector<std::string> notes;  ///< what was ignored in the file
 };
 
@@ -40,8 +41,8 @@ struct NewGoal {
     double lead = 0;                  ///< m along the axis per turn, positive for a right-handed thread; 0: no thread
     double turn = 0;                  ///< rad about the axis, from the tool as it is modeled
     double play = 0;                  ///< rad about the axis that the tool may turn there, on either side
-};
     int starts = 1;                   ///< of the thread, by each of which the tool may go in
+};
 
 struct NewScene {
     std::string name;
