@@ -172,7 +172,7 @@ std::vector<OutsidePatch> LeafUnion::outside(double area, std::uint64_t seed, in
             if (j != i) cutter.remove(leaves_[j], j < i);
         });
         // A random orientation keeps the cuts from lining up with a regular body.
-        const Eigen::Vector4d turn(normal(random), normal(random), normal(random), normal(random));
+        const Eigen::Vector4d turn{normal(random), normal(random), normal(random), normal(random)};
         cutter.cut(Quat(turn.normalized()).toRotationMatrix());
     }
     return out;

@@ -290,8 +290,8 @@ PoseFigures measurePoses(const SphereHierarchy& hierarchy, const SphereTree* tre
     std::normal_distribution<double> normal;
     for (int draw = 0; draw < kDraws * poses && out.poses < poses; ++draw) {
         beat(static_cast<double>(out.poses) / poses);
-        const Eigen::Vector4d turn(normal(random), normal(random), normal(random), normal(random));
-        const Vec3 direction = Vec3(normal(random), normal(random), normal(random)).normalized();
+        const Eigen::Vector4d turn{normal(random), normal(random), normal(random), normal(random)};
+        const Vec3 direction = Vec3{normal(random), normal(random), normal(random)}.normalized();
         Pose X{Vec3::Zero(), Quat(turn.normalized())};
         X.p = box.center() - X.q * box.center();
         const double travel = lastContact(leaves, leaves, X, direction);
