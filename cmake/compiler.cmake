@@ -1,9 +1,17 @@
+# Only the source decides the last bits of a result, so that every build for x86-64-v3 or higher gives the same (tests/builds
+# compares two). No compiler fuses a product and a sum: haptics/math/simd.hpp does, where it pays. Eigen computes number by number,
+# since the width of its vectors depends on the processor, and the order of its sums on their width; its types have one layout.
+# Mathematical functions are called: compilers round those of constants themselves, and join sin and cos in a call of their own.
+set(TOUCHSTONE_FP_FLAGS -ffp-contract=off -DEIGEN_DONT_VECTORIZE -DEIGEN_MAX_STATIC_ALIGN_BYTES=16)
+set(functions sin cos tan asin acos atan atan2 exp exp2 log log2 log10 pow hypot)
+list(TRANSFORM functions PREPEND -fno-builtin-)
+
 # touchstone_options carries the warnings and the architecture of every target of the project. Left out: psabi (no 64-byte
 # vector crosses a library's boundary), and restrict, array-bounds and stringop (GCC 12 sees overlaps and overflows in
 # std::string that are not there, bug 105329).
 add_library(touchstone_options INTERFACE)
 target_compile_options(touchstone_options INTERFACE
-  -march=${TOUCHSTONE_ARCH} -fno-math-errno
+  -march=${TOUCHSTONE_ARCH} -fno-math-errno ${TOUCHSTONE_FP_FLAGS} ${functions}
   -Wall -Wextra -Wpedantic -Werror -Wshadow -Wconversion -Wno-sign-conversion -Wno-psabi -Wno-restrict
   -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
 if(TOUCHSTONE_SANITIZE)   # under them GCC 12 sees uninitialized values in its own intrinsics
@@ -13,12 +21,10 @@ if(TOUCHSTONE_SANITIZE)   # under them GCC 12 sees uninitialized values in its o
 endif()
 
 # What a thousand ticks a second run through. The rest is compiled with CMAKE_CXX_FLAGS alone, -O1 in the presets: optimizing it
-# further costs a third of its compile time. -fexpensive-optimizations fuses multiply-adds: without it results differ from the
-# core's, and depend on where an array starts, since vectors are fused and the elements before the first vector are not.
-# No clones of functions for constant arguments: they fuse other multiply-adds, and each system's GCC makes other clones.
+# further costs a third of its compile time.
 separate_arguments(numeric UNIX_COMMAND "${TOUCHSTONE_NUMERIC_FLAGS}")
 add_library(touchstone_numeric INTERFACE)
-target_compile_options(touchstone_numeric INTERFACE ${numeric} $<$<CXX_COMPILER_ID:GNU>:-fno-ipa-cp-clone>)
+target_compile_options(touchstone_numeric INTERFACE ${numeric})
 
 # touchstone_unity(target [ROOM…]): most of a compilation is reading headers, so the sources of a room are compiled as one, or
 # sixteen at a time where a target is one folder. With rooms named, the sources of others stay alone: those of the tick are
@@ -34,7 +40,7 @@ function(touchstone_unity target)
   foreach(source ${sources})
     cmake_path(GET source PARENT_PATH folder)
     cmake_path(GET folder FILENAME room)
-    if(NOT ARGN OR room IN_LIST ARGN)
+    if(NOT ARGN OR room IN_LIST ARGN OR TOUCHSTONE_UNITY STREQUAL ALL)
       set_source_files_properties(${source} PROPERTIES UNITY_GROUP "${room}")
       list(APPEND rooms ${room})
     endif()

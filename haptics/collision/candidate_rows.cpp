@@ -26,11 +26,12 @@ float CandidateRows::measure(const Vec3& shift, const Vec3& turn, double slack, 
     for (int i = 0; i < size_; i += 8) {
         const Float8 gap = load(columns[6] + i), u = load(columns[3] + i), v = load(columns[4] + i),
                      w = load(columns[5] + i);
-        Float8 predicted = (gap < 0.0f ? overlaps * gap : gap) + u * x3 + v * x4 + w * x5;
-        predicted += load(columns[0] + i) * x0 + load(columns[1] + i) * x1 + load(columns[2] + i) * x2;
+        Float8 predicted = gap < 0.0f ? overlaps * gap : gap;
+        predicted = fma(w, x5, fma(v, x4, fma(u, x3, predicted)));
+        predicted += sumOfProducts(load(columns[0] + i), x0, load(columns[1] + i), x1, load(columns[2] + i), x2);
         if (slack > 0)
-            predicted +=
-                float(slack) * simd::sqrt(float(compliance) + float(rotationCompliance) * (u * u + v * v + w * w));
+            predicted += float(slack) *
+                         simd::sqrt(float(compliance) + float(rotationCompliance) * sumOfProducts(u, u, v, v, w, w));
         if (i + 8 > size_) predicted = splat(std::int32_t(size_ - i)) > lanes() ? predicted : none;
         store(&predicted_[i], predicted);
         least8 = least8 < predicted ? least8 : predicted;

@@ -63,7 +63,7 @@ inline void CandidateRows::append(int toolLeaf, const float c[3], float radius, 
     using namespace simd;
     Float8 nx = c[0] - load(&obstacle.x[first]), ny = c[1] - load(&obstacle.y[first]),
            nz = c[2] - load(&obstacle.z[first]);
-    const Float8 distance2 = nx * nx + ny * ny + nz * nz, distance = simd::sqrt(distance2);
+    const Float8 distance2 = sumOfProducts(nx, nx, ny, ny, nz, nz), distance = simd::sqrt(distance2);
     leastDistance2_ = leastDistance2_ < distance2 ? leastDistance2_ : distance2;
     const Float8 gap = distance - (load(&obstacle.r[first]) + radius);
     const Mask mask = lessEqual(gap, splat(limit));
@@ -72,9 +72,9 @@ inline void CandidateRows::append(int toolLeaf, const float c[3], float radius, 
     compressStore(&columns_[0][size_], nx, mask);
     compressStore(&columns_[1][size_], ny, mask);
     compressStore(&columns_[2][size_], nz, mask);
-    compressStore(&columns_[3][size_], r[1] * nz - r[2] * ny, mask);
-    compressStore(&columns_[4][size_], r[2] * nx - r[0] * nz, mask);
-    compressStore(&columns_[5][size_], r[0] * ny - r[1] * nx, mask);
+    compressStore(&columns_[3][size_], sumOfProducts(r[1], nz, -r[2], ny), mask);
+    compressStore(&columns_[4][size_], sumOfProducts(r[2], nx, -r[0], nz), mask);
+    compressStore(&columns_[5][size_], sumOfProducts(r[0], ny, -r[1], nx), mask);
     compressStore(&columns_[6][size_], gap, mask);
     compressStore(&toolLeaf_[size_], splat(std::int32_t(toolLeaf)), mask);
     compressStore(&obstacleLeaf_[size_], splat(std::int32_t(first)) + lanes(), mask);

@@ -15,12 +15,12 @@ using namespace simd;
 
 /// Upper bound on the difference of a gap computed by two different expressions in double, mm. With a smaller value
 /// deepestGap() could miss the deepest pair; a larger one recomputes more pairs.
-constexpr double kRounding = 1e-9;
+constexpr double kGapRounding = 1e-9;
 /// Leaves count as meeting only if they approach by more than this, mm, so that leaves that slide along each other do
 /// not stop a flight. A larger value lets a flight enter by as much.
 constexpr double kTouch = 1e-10;
 /// Bound on the rounding error of a path in float, as a fraction of its length. A smaller value could miss a pair.
-constexpr float kFloatError = 1e-6f;
+constexpr float kPathError = 1e-6f;
 
 /// Eight blocks of a level, or one block in all eight lanes.
 struct Blocks {
@@ -112,7 +112,7 @@ class Placement {
     explicit Placement(const Pose& X_OT) : R_(X_OT.R().cast<float>()), p_(X_OT.p.cast<float>()) {}
 
     TOUCHSTONE_INLINE Float8 at(const Blocks& tool, int k) const {
-        return R_(k, 0) * tool.at[0] + R_(k, 1) * tool.at[1] + R_(k, 2) * tool.at[2] + p_[k];
+        return sumOfProducts(R_(k, 0), tool.at[0], R_(k, 1), tool.at[1], R_(k, 2), tool.at[2]) + p_[k];
     }
 
   private:
@@ -131,8 +131,8 @@ class Gap {
         for (int k = 0; k < 3; ++k) {
             const Float8 c = place_.at(tool, k), offset = c - obstacle.at[k],
                          outside = apart(c, c, obstacle.lo[k], obstacle.hi[k]);
-            apart2 += offset * offset;
-            outside2 += outside * outside;
+            apart2 = fma(offset, offset, apart2);
+            outside2 = fma(outside, outside, outside2);
         }
         const Float8 reach = tool.r + guard_;
         const Float8 ball = simd::sqrt(apart2) - obstacle.r - reach,
@@ -174,7 +174,7 @@ class Meeting {
             turn_[k] = float(course.turn[k]);
         }
         angle_ = float(course.turn.norm());
-        guard_ = guard + kFloatError * float(course.shift.norm() + reach * course.turn.norm());
+        guard_ = guard + kPathError * float(course.shift.norm() + reach * course.turn.norm());
     }
 
     /// With d the offset of the centers and u the path, leaves meet where |d + s u| = R + s bend. R is the sum of the
@@ -201,18 +201,18 @@ class Meeting {
         Float8 u2 = splat(1e-30f), du = splat(0.0f), d2 = splat(0.0f), outside2 = splat(0.0f), near2 = splat(0.0f);
         for (int k = 0; k < 3; ++k) {
             const int i = (k + 1) % 3, j = (k + 2) % 3;
-            u[k] = shift_[k] + (turn_[i] * arm[j] - turn_[j] * arm[i]);
-            u2 += u[k] * u[k];
-            du += d[k] * u[k];
-            d2 += d[k] * d[k];
+            u[k] = shift_[k] + sumOfProducts(turn_[i], arm[j], -turn_[j], arm[i]);
+            u2 = fma(u[k], u[k], u2);
+            du = fma(d[k], u[k], du);
+            d2 = fma(d[k], d[k], d2);
         }
         const Float8 s = max(-du / u2, splat(0.0f)), nearest = s < best ? s : splat(best);
         for (int k = 0; k < 3; ++k) {
-            const Float8 end = c[k] + best * u[k], at = d[k] + nearest * u[k];
+            const Float8 end = fma(best, u[k], c[k]), at = fma(nearest, u[k], d[k]);
             const Float8 outside =
                 apart(c[k] < end ? c[k] : end, c[k] < end ? end : c[k], obstacle.lo[k], obstacle.hi[k]);
-            outside2 += outside * outside;
-            near2 += at * at;
+            outside2 = fma(outside, outside, outside2);
+            near2 = fma(at, at, near2);
         }
         // The deviation of a block's leaves from the path of its center.
         const Float8 beside = float(bend_) + angle_ * tool.r, reach = tool.r + guard_ + best * beside;
@@ -267,7 +267,7 @@ double deepestGap(const SphereTree& tool, const SphereTree& obstacle, TreeWalk& 
                 c = R * Vec3(s.x, s.y, s.z) + X_OT.p;
                 radius = s.r;
             }
-            Mask deeper = lessEqual(leafGaps(c, radius, obstacle, entry->obstacle).gap, splat(best + kRounding));
+            Mask deeper = lessEqual(leafGaps(c, radius, obstacle, entry->obstacle).gap, splat(best + kGapRounding));
             for (; deeper; deeper &= deeper - 1)
                 best = std::min(
                     best,

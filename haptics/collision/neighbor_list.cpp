@@ -91,7 +91,7 @@ void NeighborList::forEachHit(const PairEntries& entries, const Pose& X_OT, doub
         const int first = entry.obstacle * SphereTree::kBranching;
         const Float8 dx = load(&leaves.x[first]) - x, dy = load(&leaves.y[first]) - y, dz = load(&leaves.z[first]) - z;
         const Float8 sum = max(load(&leaves.r[first]) + reach, splat(0.0f));
-        const Mask mask = lessEqual(dx * dx + dy * dy + dz * dz, sum * sum);
+        const Mask mask = lessEqual(sumOfProducts(dx, dx, dy, dy, dz, dz), sum * sum);
         return !mask || visit(placed, c, entry.obstacle, mask);
     });
 }

@@ -123,13 +123,13 @@ void LeafPairFinder::place(const Course& course, const PairEntries* of) {
         const Float8 x = load(&leaves.x[i]), y = load(&leaves.y[i]), z = load(&leaves.z[i]);
         Placed& placed = placed_[bucket];
         placed.r = load(&leaves.r[i]);
-        for (int k = 0; k < 3; ++k) placed.at[k] = R(k, 0) * x + R(k, 1) * y + R(k, 2) * z + p[k];
+        for (int k = 0; k < 3; ++k) placed.at[k] = sumOfProducts(R(k, 0), x, R(k, 1), y, R(k, 2), z) + p[k];
         if (stays) return;
         Float8 path2 = splat(0.0f);
         for (int k = 0; k < 3; ++k) {
             const int a = (k + 1) % 3, b = (k + 2) % 3;
-            placed.path[k] = shift[k] + (turn[a] * (placed.at[b] - c[b]) - turn[b] * (placed.at[a] - c[a]));
-            path2 += placed.path[k] * placed.path[k];
+            placed.path[k] = shift[k] + sumOfProducts(turn[a], placed.at[b] - c[b], -turn[b], placed.at[a] - c[a]);
+            path2 = fma(placed.path[k], placed.path[k], path2);
         }
         placed.perPath2 = path2 > 1e-12f ? 1.0f / path2 : splat(0.0f);  // a shorter path counts as a point
     };
@@ -159,12 +159,12 @@ struct LeafPairFinder::Meeting {
         Float8 dz = load(&leaves.z[first]) - of(tool.at[2]);
         if constexpr (moves) {
             const Float8 wx = of(tool.path[0]), wy = of(tool.path[1]), wz = of(tool.path[2]);
-            Float8 s = (dx * wx + dy * wy + dz * wz) * of(tool.perPath2);
+            Float8 s = sumOfProducts(dx, wx, dy, wy, dz, wz) * of(tool.perPath2);
             s = max(s, splat(0.0f));
             s = s < 1.0f ? s : splat(1.0f);
-            dx -= s * wx, dy -= s * wy, dz -= s * wz;
+            dx = fnma(s, wx, dx), dy = fnma(s, wy, dy), dz = fnma(s, wz, dz);
         }
-        distance2 = dx * dx + dy * dy + dz * dz;
+        distance2 = sumOfProducts(dx, dx, dy, dy, dz, dz);
         sum = load(&leaves.r[first]) + of(tool.r);
     }
 };
@@ -182,7 +182,7 @@ struct LeafPairFinder::Limit {
     /// root.
     template <bool moves>
     TOUCHSTONE_INLINE bool holds(const Meeting<moves>& m) const {
-        const Float8 bent = m.sum * (m.sum + margin) + curve, straight = m.sum + most;
+        const Float8 bent = fma(m.sum, m.sum + margin, curve), straight = m.sum + most;
         return lessEqual(m.distance2 * (m.sum * m.sum), bent * bent) & lessEqual(m.distance2, straight * straight);
     }
 };

@@ -44,8 +44,7 @@ std::span<const Vec3> cutDirections() {
     return directions;
 }
 
-/// A leaf with its coordinate along the direction of a cut. It is computed once, since g++ fuses multiplications in
-/// some places and not in others, and all comparisons must agree.
+/// A leaf with its coordinate along the direction of a cut.
 struct Placed {
     Sphere leaf;
     double place = 0;

@@ -50,11 +50,11 @@ struct TreeWalk::Query {
     template <bool moves, class T>
     TOUCHSTONE_INLINE void place(const T& x, const T& y, const T& z, T lo[3], T hi[3]) const {
         T at[3];
-        for (int k = 0; k < 3; ++k) lo[k] = hi[k] = at[k] = R[k][0] * x + R[k][1] * y + R[k][2] * z + p[k];
+        for (int k = 0; k < 3; ++k) lo[k] = hi[k] = at[k] = sumOfProducts(R[k][0], x, R[k][1], y, R[k][2], z) + p[k];
         if constexpr (moves)
             for (int k = 0; k < 3; ++k) {
                 const int i = (k + 1) % 3, j = (k + 2) % 3;
-                const T path = shift[k] + (turn[i] * (at[j] - c[j]) - turn[j] * (at[i] - c[i]));
+                const T path = shift[k] + sumOfProducts(turn[i], at[j] - c[j], -turn[j], at[i] - c[i]);
                 const T end = at[k] + path;
                 lo[k] = at[k] < end ? at[k] : end;
                 hi[k] = at[k] < end ? end : at[k];
@@ -153,9 +153,9 @@ int TreeWalk::expandObstacle(const Query& query, int depth, int first, int count
         for (int k = 0; k < 3; ++k) {
             const Float8 outside =
                 apart(load(&obstacle.lo[k][children]), load(&obstacle.hi[k][children]), splat(lo[k]), splat(hi[k]));
-            box2 += outside * outside;
+            box2 = fma(outside, outside, box2);
             const Float8 x = load(centers[k]), d = moves ? apart(x, x, splat(lo[k]), splat(hi[k])) : x - splat(lo[k]);
-            ball2 += d * d;
+            ball2 = fma(d, d, ball2);
         }
         const Float8 round = load(&obstacle.round[children]), near = query.near(splat(least), round) + reach;
         const Float8 box = max(round + near, splat(0.0f));
@@ -191,9 +191,9 @@ int TreeWalk::expandTool(const Query& query, int depth, int first, int count, in
         Float8 box2 = splat(0.0f), ball2 = splat(0.0f);
         for (int k = 0; k < 3; ++k) {
             const Float8 outside = apart(lo[k], hi[k], splat(obstacle.lo[k][block]), splat(obstacle.hi[k][block]));
-            box2 += outside * outside;
+            box2 = fma(outside, outside, box2);
             const Float8 x = splat(center[k]), d = moves ? apart(lo[k], hi[k], x, x) : lo[k] - x;
-            ball2 += d * d;
+            ball2 = fma(d, d, ball2);
         }
         const Float8 near = query.near(least, splat(obstacle.round[block])) + reach;
         const Float8 box = max(near + obstacle.round[block], splat(0.0f));

@@ -56,8 +56,7 @@ constexpr double kShortStep = 5 * kArrived;
 
 /// Collects the rows of the first solve: those of all pairs within the margin or, if deep overlaps make these too many,
 /// those of the nearest pair of each tool leaf. Returns false if the lists overflow.
-/// Inline, since the multiply-adds that the compiler fuses here, and so last bits of all results, depend on it.
-TOUCHSTONE_INLINE bool DefaultTick::collectRows(double margin) {
+bool DefaultTick::collectRows(double margin) {
     const std::uint64_t start = tick_.now();
     state_.rows.clear();
     // The lists are completed at once for the pairs that an answer like those of the last ticks would cross: the

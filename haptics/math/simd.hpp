@@ -187,18 +187,74 @@ TOUCHSTONE_INLINE float least(Float8 v) {
     return _mm_cvtss_f32(_mm_min_ss(four, _mm_movehdup_ps(four)));
 }
 
-/// a b + c d (+ e f), rounded alike for every width of a register. The operands of an operator are computed in any
-/// order, and the order decides which product a multiply-add does not round.
-TOUCHSTONE_INLINE Double8 sumOfProducts(const auto& a, const Double8& b, const auto& c, const Double8& d) {
-    Double8 sum = a * b;
-    sum += c * d;
-    return sum;
+// Multiply-adds: a b + c and c - a b, rounded once. Results fuse where these are written and nowhere else, since the
+// compiler must not choose (cmake/compiler.cmake). Without FMA they round twice, which is correct but not equal.
+inline Float8 fma(Float8 a, Float8 b, Float8 c) {
+#ifdef __FMA__
+    return reinterpret_cast<Float8>(
+        _mm256_fmadd_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b), reinterpret_cast<__m256>(c)));
+#else
+    return a * b + c;
+#endif
 }
-TOUCHSTONE_INLINE Double8 sumOfProducts(const auto& a, const Double8& b, const auto& c, const Double8& d, const auto& e,
-                                        const Double8& f) {
-    Double8 sum = sumOfProducts(a, b, c, d);
-    sum += e * f;
-    return sum;
+inline Float8 fnma(Float8 a, Float8 b, Float8 c) {
+#ifdef __FMA__
+    return reinterpret_cast<Float8>(
+        _mm256_fnmadd_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b), reinterpret_cast<__m256>(c)));
+#else
+    return c - a * b;
+#endif
+}
+inline float fma(float a, float b, float c) {
+#ifdef __FMA__
+    return __builtin_fmaf(a, b, c);
+#else
+    return a * b + c;
+#endif
+}
+inline float fnma(float a, float b, float c) { return fma(-a, b, c); }
+inline Float8 fma(float a, Float8 b, Float8 c) { return fma(splat(a), b, c); }
+inline Float8 fnma(float a, Float8 b, Float8 c) { return fnma(splat(a), b, c); }
+#ifdef __AVX512F__
+TOUCHSTONE_INLINE Double8 fma(const Double8& a, const Double8& b, const Double8& c) {
+    return reinterpret_cast<Double8>(
+        _mm512_fmadd_pd(reinterpret_cast<__m512d>(a), reinterpret_cast<__m512d>(b), reinterpret_cast<__m512d>(c)));
+}
+TOUCHSTONE_INLINE Double8 fnma(const Double8& a, const Double8& b, const Double8& c) {
+    return reinterpret_cast<Double8>(
+        _mm512_fnmadd_pd(reinterpret_cast<__m512d>(a), reinterpret_cast<__m512d>(b), reinterpret_cast<__m512d>(c)));
+}
+#elif defined __FMA__
+TOUCHSTONE_INLINE Double8 fma(const Double8& a, const Double8& b, const Double8& c) {
+    const auto four = [](const Double4& x, const Double4& y, const Double4& z) {
+        return reinterpret_cast<Double4>(
+            _mm256_fmadd_pd(reinterpret_cast<__m256d>(x), reinterpret_cast<__m256d>(y), reinterpret_cast<__m256d>(z)));
+    };
+    return {four(a.low, b.low, c.low), four(a.high, b.high, c.high)};
+}
+TOUCHSTONE_INLINE Double8 fnma(const Double8& a, const Double8& b, const Double8& c) {
+    const auto four = [](const Double4& x, const Double4& y, const Double4& z) {
+        return reinterpret_cast<Double4>(
+            _mm256_fnmadd_pd(reinterpret_cast<__m256d>(x), reinterpret_cast<__m256d>(y), reinterpret_cast<__m256d>(z)));
+    };
+    return {four(a.low, b.low, c.low), four(a.high, b.high, c.high)};
+}
+#else
+TOUCHSTONE_INLINE Double8 fma(const Double8& a, const Double8& b, const Double8& c) { return a * b + c; }
+TOUCHSTONE_INLINE Double8 fnma(const Double8& a, const Double8& b, const Double8& c) { return c - a * b; }
+#endif
+TOUCHSTONE_INLINE Double8 fma(double a, const Double8& b, const Double8& c) { return fma(splat(a), b, c); }
+TOUCHSTONE_INLINE Double8 fnma(double a, const Double8& b, const Double8& c) { return fnma(splat(a), b, c); }
+
+/// a b + c d (+ e f). Lanes: Float8, Double8 or float; the first factors may be single numbers.
+template <class Lanes>
+TOUCHSTONE_INLINE Lanes sumOfProducts(const auto& a, const Lanes& b, const auto& c, const Lanes& d) {
+    return fma(c, d, a * b);
+}
+template <class Lanes>
+TOUCHSTONE_INLINE Lanes sumOfProducts(const auto& a, const Lanes& b, const auto& c, const Lanes& d, const auto& e,
+                                      const Lanes& f) {
+    return fma(e, f, sumOfProducts(a, b, c, d));
 }
 
 TOUCHSTONE_INLINE double sum(const Double8& a) {
@@ -220,7 +276,7 @@ template <int columns>
 TOUCHSTONE_INLINE Double8 times(const Double8 (&matrix)[columns], const Double8& x) {
     Double8 even{}, odd{};  // two chains halve the latency of the additions
 #pragma GCC unroll 8
-    for (int k = 0; k < columns; ++k) (k % 2 ? odd : even) += x[k] * matrix[k];
+    for (int k = 0; k < columns; ++k) (k % 2 ? odd : even) = fma(x[k], matrix[k], k % 2 ? odd : even);
     return even + odd;
 }
 

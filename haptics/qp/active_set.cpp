@@ -111,8 +111,8 @@ ActiveSet::Block ActiveSet::firstBlock(const simd::Double8& step) const {
         simd::Double8 approach = simd::splat(slack_ * step[6]), gap = simd::load(&rows_.offset[i]) + slack_ * z_[6];
         for (int k = 0; k < 6; ++k) {
             const simd::Double8 b = simd::load(&rows_.column[k][i]);
-            approach += step[k] * b;
-            gap += z_[k] * b;
+            approach = simd::fma(step[k], b, approach);
+            gap = simd::fma(z_[k], b, gap);
         }
         const simd::Double8 fraction = simd::max(gap, simd::Double8{}) / -approach;
         const simd::Long8 nearer = simd::less(approach, simd::splat(parallel)) & simd::less(fraction, least);
@@ -136,7 +136,7 @@ double ActiveSet::leastGap(const simd::Double8& z) const {
     simd::Double8 least{};
     for (int i = 0; i < rows_.size; i += 8) {
         simd::Double8 gap = simd::load(&rows_.offset[i]) + slack_ * z[6];
-        for (int k = 0; k < 6; ++k) gap += z[k] * simd::load(&rows_.column[k][i]);
+        for (int k = 0; k < 6; ++k) gap = simd::fma(z[k], simd::load(&rows_.column[k][i]), gap);
         least = simd::min(gap, least);
     }
     return simd::least(least);

@@ -108,7 +108,7 @@ ConeNewton::Steps ConeNewton::solveFor(const Vec6& first, const Vec6& second) {
         rows[k] *= simd::splat(1 / diagonal);
 #pragma GCC unroll 6
         for (int i = 0; i < 6; ++i)
-            if (i != k) rows[i] -= rows[k] * simd::splat(rows[i][k]);
+            if (i != k) rows[i] = simd::fnma(rows[i][k], rows[k], rows[i]);
     }
     if (!positive) {
         rows = derivative_;
@@ -121,7 +121,7 @@ ConeNewton::Steps ConeNewton::solveFor(const Vec6& first, const Vec6& second) {
             steps.reversed = steps.reversed != ((pivot != k) != (rows[k][k] < 0));
             rows[k] *= simd::splat(1 / rows[k][k]);
             for (int i = 0; i < 6; ++i)
-                if (i != k) rows[i] -= rows[k] * simd::splat(rows[i][k]);
+                if (i != k) rows[i] = simd::fnma(rows[i][k], rows[k], rows[i]);
         }
     }
 #pragma GCC unroll 6
@@ -187,7 +187,7 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
                 const Double8 a{along.x(), along.y(), along.z(), ra.x(), ra.y(), ra.z()};
                 const Double8 byN = n * (state.weight - round);
                 const Double8 byA = simd::sumOfProducts(state.weight * c.coefficient, n, -round, a);
-                for (int k = 0; k < 6; ++k) derivative_[k] += simd::sumOfProducts(n[k], byN, a[k], byA);
+                for (int k = 0; k < 6; ++k) derivative_[k] = simd::fma(a[k], byA, simd::fma(n[k], byN, derivative_[k]));
             }
             q += round;
             const Vec3 r = round * c.r;

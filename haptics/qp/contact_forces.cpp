@@ -36,7 +36,7 @@ template <class Visit>
 void forEachBelow(const RowSet& rows, const Vec6& x, double limit, Visit&& visit) {
     for (int i = 0; i < rows.size(); i += 8) {
         simd::Double8 s = simd::load(rows.gap() + i);
-        for (int k = 0; k < 6; ++k) s += x[k] * simd::load(rows.column(k) + i);
+        for (int k = 0; k < 6; ++k) s = simd::fma(x[k], simd::load(rows.column(k) + i), s);
         if (simd::least(s) > limit) continue;
         for (int lane = 0; lane < 8 && i + lane < rows.size(); ++lane)
             if (s[lane] <= limit) visit(i + lane, s[lane]);

@@ -107,7 +107,7 @@ DualActiveSet::Plane DualActiveSet::plane(int row) const {
 template <bool first>
 DualActiveSet::Scan DualActiveSet::scan() {
     const RowSet& rows = *problem_->rows;
-    const simd::Double8 x = wanted_ + inverseRoot_ * z_;
+    const simd::Double8 x = simd::fma(inverseRoot_, z_, wanted_);
     const simd::Double8 metric = inverseRoot_ * inverseRoot_;
     const double slack = slackPerRow_ * z_[6];
     constexpr simd::Double8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
@@ -121,15 +121,15 @@ DualActiveSet::Scan DualActiveSet::scan() {
 #pragma GCC unroll 6
         for (int k = 0; k < 6; ++k) {
             j[k] = simd::load(rows.column(k) + i);
-            s += x[k] * j[k];
+            s = simd::fma(x[k], j[k], s);
         }
         simd::Double8 inverse;
         if constexpr (first) {
             simd::Double8 length2{}, d = g;
 #pragma GCC unroll 6
             for (int k = 0; k < 6; ++k) {
-                length2 += metric[k] * (j[k] * j[k]);
-                d += wanted_[k] * j[k];
+                length2 = simd::fma(metric[k], j[k] * j[k], length2);
+                d = simd::fma(wanted_[k], j[k], d);
             }
             inverse = simd::choose(simd::less(simd::splat(kShortest2), length2), 1 / simd::sqrt(length2), simd::kZeros);
             simd::store(inverseLengths_.data() + i, inverse);
@@ -142,7 +142,7 @@ DualActiveSet::Scan DualActiveSet::scan() {
             inverse = simd::load(inverseLengths_.data() + i);
         }
         gap = simd::min(s, gap);
-        s = s * inverse + slack;
+        s = simd::fma(s, inverse, simd::splat(slack));
         const simd::Long8 lower = simd::less(s, least);
         least = simd::choose(lower, s, least);
         where = simd::choose(lower, simd::splat(double(i)), where);
@@ -261,8 +261,8 @@ Outcome DualActiveSet::pivot(int limit) {
                 place();
                 entered = true;
             } else {
-                if (!dependent) z_ += partial * split.across;
-                forces_ -= partial * split.weights;
+                if (!dependent) z_ = simd::fma(partial, split.across, z_);
+                forces_ = simd::fnma(partial, split.weights, forces_);
                 force += partial;
                 drop(blocking);
             }

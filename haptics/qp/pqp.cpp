@@ -74,11 +74,11 @@ void Pqp::sum(double& slope) {
     simd::Double8 along[6]{}, size[6]{}, down{};
     for (int i = 0; i < rows_.size; i += 8) {
         const simd::Double8 u = simd::load(&u_[i]);
-        down += u * simd::load(&rows_.offset[i]);
+        down = simd::fma(u, simd::load(&rows_.offset[i]), down);
         for (int k = 0; k < 6; ++k) {
             const simd::Double8 b = simd::load(&rows_.column[k][i]);
-            along[k] += u * b;
-            size[k] += u * simd::abs(b);
+            along[k] = simd::fma(u, b, along[k]);
+            size[k] = simd::fma(u, simd::abs(b), size[k]);
         }
     }
     slope = simd::sum(down);
@@ -102,8 +102,8 @@ double Pqp::update(double momentum, double floor, bool& overshot) {
 #pragma GCC unroll 6
         for (int k = 0; k < 6; ++k) {
             b[k] = simd::load(&rows_.column[k][i]);
-            ahead += along_[k] * b[k];
-            around += size_[k] * simd::abs(b[k]);
+            ahead = simd::fma(along_[k], b[k], ahead);
+            around = simd::fma(size_[k], simd::abs(b[k]), around);
         }
         const simd::Double8 e = simd::load(&rows_.offset[i]), inverse = simd::load(&rows_.inverse[i]),
                             u = simd::load(&u_[i]);
@@ -118,14 +118,14 @@ double Pqp::update(double momentum, double floor, bool& overshot) {
             u * ((simd::max(-e, simd::Double8{}) + minus + plus) / (simd::max(e, simd::Double8{}) + plus + plus)),
             least);
         const simd::Double8 stride = end - simd::load(&step_[i]);
-        uphill += gap * stride;
+        uphill = simd::fma(gap, stride, uphill);
         simd::store(&step_[i], end);
-        const simd::Double8 next = simd::max(end + momentum * stride, least);
+        const simd::Double8 next = simd::max(simd::fma(momentum, stride, end), least);
         simd::store(&next_[i], next);
 #pragma GCC unroll 6
         for (int k = 0; k < 6; ++k) {
-            along[k] += next * b[k];
-            size[k] += next * simd::abs(b[k]);
+            along[k] = simd::fma(next, b[k], along[k]);
+            size[k] = simd::fma(next, simd::abs(b[k]), size[k]);
         }
     }
     for (int k = 0; k < 6; ++k) {

@@ -27,12 +27,12 @@ void PaperPqp::form(const QpProblem& problem) {
         for (int c = 0; c < 6; ++c) {
             const simd::Double8 j = simd::load(rows.column(c) + i);
             a[c] = j / problem.stiffness[c];
-            d -= problem.wanted[c] * j;
+            d = simd::fnma(problem.wanted[c], j, d);
         }
         for (int k = 0; k < m_; ++k) {
             simd::Double8 q{};
 #pragma GCC unroll 6
-            for (int c = 0; c < 6; ++c) q += rows.column(c)[k] * a[c];
+            for (int c = 0; c < 6; ++c) q = simd::fma(rows.column(c)[k], a[c], q);
             simd::store(panel + 8 * k, q);
             negative -= simd::min(q, simd::Double8{});
             if (k - i >= 0 && k - i < 8) diagonal[k - i] = q[k - i];
@@ -55,8 +55,8 @@ double PaperPqp::update() {
         simd::Double8 plus[4]{}, minus[4]{};  // four chains hide the latency of the additions
         const auto add = [&](int k, int chain) {
             const simd::Double8 q = simd::load(panel + 8 * k), y = simd::splat(y_[k]);
-            plus[chain] += simd::max(q, zero) * y;
-            minus[chain] -= simd::min(q, zero) * y;
+            plus[chain] = simd::fma(simd::max(q, zero), y, plus[chain]);
+            minus[chain] = simd::fnma(simd::min(q, zero), y, minus[chain]);
         };
         int k = 0;
         for (; k + 4 <= m_; k += 4) {

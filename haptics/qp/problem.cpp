@@ -103,7 +103,7 @@ KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<con
     simd::Double8 least{};
     for (int i = 0, m = problem.rows ? problem.rows->size() : 0; i < m; i += 8) {
         simd::Double8 s = simd::load(problem.rows->gap() + i);
-        for (int k = 0; k < 6; ++k) s += x[k] * simd::load(problem.rows->column(k) + i);
+        for (int k = 0; k < 6; ++k) s = simd::fma(x[k], simd::load(problem.rows->column(k) + i), s);
         least = simd::min(s, least);
     }
     return kktResiduals(problem, x, multipliers, simd::least(least));

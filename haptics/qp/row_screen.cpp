@@ -61,9 +61,9 @@ const RowSet& RowScreen::run(const RowSet& rows, Screening how, double reach, do
             for (int c = 0; c < 6; ++c) {
                 const simd::Double8 b = simd::load(rows.column(c) + i) * (c < 3 ? 1 : shrink);
                 const simd::Double8 difference = b - a[c];
-                apart2 += difference * difference;
-                along += a[c] * b;
-                size2 += b * b;
+                apart2 = simd::fma(difference, difference, apart2);
+                along = simd::fma(a[c], b, along);
+                size2 = simd::fma(b, b, size2);
             }
             const simd::Double8 more = simd::load(rows.gap() + i) - gap;
             const simd::Long8 implied =

@@ -16,7 +16,7 @@ bool UnitRows::assign(const QpProblem& problem) {
     root = problem.stiffness.cwiseSqrt();
     if (size > capacity_ || !wanted.allFinite() || !root.allFinite() || !(root.minCoeff() > 0)) return false;
 
-    constexpr double kShortest2 = 1e-30;  // squared length below which a row has no direction
+    constexpr double kNoDirection2 = 1e-30;  // squared length below which a row has no direction
     constexpr simd::Double8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
     const Vec6 inverseRoot = root.cwiseInverse();
     simd::Double8 finite{};
@@ -26,11 +26,11 @@ bool UnitRows::assign(const QpProblem& problem) {
         simd::Double8 j[6], length2{}, d = g;
         for (int k = 0; k < 6; ++k) {
             const simd::Double8 entry = simd::load(problem.rows->column(k) + i);
-            d += wanted[k] * entry;
+            d = simd::fma(wanted[k], entry, d);
             j[k] = inverseRoot[k] * entry;
-            length2 += j[k] * j[k];
+            length2 = simd::fma(j[k], j[k], length2);
         }
-        const simd::Long8 kept = simd::less(simd::splat(kShortest2), length2);
+        const simd::Long8 kept = simd::less(simd::splat(kNoDirection2), length2);
         const simd::Double8 scale = simd::choose(kept, 1 / simd::sqrt(length2), simd::kZeros);
         for (int k = 0; k < 6; ++k) simd::store(column[k].data() + i, scale * j[k]);
         simd::store(offset.data() + i, simd::choose(kept, scale * d, simd::splat(kInactive)));

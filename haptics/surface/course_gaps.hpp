@@ -19,7 +19,7 @@ TOUCHSTONE_INLINE Vec8 fromFace(const Vec8& p, const Vec8& a, const Vec8& b, con
     Vec8 off = up;
     for (int k = 0; k < 3; ++k) {
         const Vec8 side = *corners[(k + 1) % 3] - *corners[k], arm = p - *corners[k];
-        const Vec8 beside = arm - clamped(dot(arm, side) / dot(side, side)) * side;
+        const Vec8 beside = fnma(clamped(dot(arm, side) / dot(side, side)), side, arm);
         const Float8 distance2 = dot(beside, beside);
         off = choose(distance2 < least, beside, off);
         least = simd::min(least, distance2);
@@ -32,11 +32,11 @@ TOUCHSTONE_INLINE Vec8 fromFace(const Vec8& p, const Vec8& a, const Vec8& b, con
 /// Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
 TOUCHSTONE_INLINE Vec8 fromEdge(const Vec8& u, const Vec8& v, const Vec8& w) {
     const Float8 uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
-    const Float8 det = uu * vv - uv * uv;
-    const Float8 free = det > 1e-12f * uu * vv ? clamped((uv * vw - uw * vv) / det) : simd::splat(0.0f);
-    const Float8 t = (uv * free + vw) / vv;
+    const Float8 det = simd::fnma(uv, uv, uu * vv);
+    const Float8 free = det > 1e-12f * uu * vv ? clamped(simd::fnma(uw, vv, uv * vw) / det) : simd::splat(0.0f);
+    const Float8 t = simd::fma(uv, free, vw) / vv;
     const Float8 s = t < 0.0f ? clamped(-uw / uu) : t > 1.0f ? clamped((uv - uw) / uu) : free;
-    return w + s * u - clamped(t) * v;
+    return fnma(clamped(t), v, fma(s, u, w));
 }
 
 /// The directions of eight ways; 0 where there is no way.

@@ -22,12 +22,21 @@ struct Vec8 {
     TOUCHSTONE_INLINE friend Vec8 operator+(const Vec8& a, const Vec8& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
     TOUCHSTONE_INLINE friend Vec8 operator-(const Vec8& a, const Vec8& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
     TOUCHSTONE_INLINE friend Vec8 operator*(const Float8& s, const Vec8& a) { return {s * a.x, s * a.y, s * a.z}; }
-    TOUCHSTONE_INLINE friend Float8 dot(const Vec8& a, const Vec8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+    /// s a + b and b - s a, rounded once.
+    TOUCHSTONE_INLINE friend Vec8 fma(const Float8& s, const Vec8& a, const Vec8& b) {
+        return {simd::fma(s, a.x, b.x), simd::fma(s, a.y, b.y), simd::fma(s, a.z, b.z)};
+    }
+    TOUCHSTONE_INLINE friend Vec8 fnma(const Float8& s, const Vec8& a, const Vec8& b) {
+        return {simd::fnma(s, a.x, b.x), simd::fnma(s, a.y, b.y), simd::fnma(s, a.z, b.z)};
+    }
+    TOUCHSTONE_INLINE friend Float8 dot(const Vec8& a, const Vec8& b) {
+        return simd::sumOfProducts(a.x, b.x, a.y, b.y, a.z, b.z);
+    }
     TOUCHSTONE_INLINE friend Vec8 cross(const Vec8& a, const Vec8& b) {
-        return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+        return {simd::fnma(a.z, b.y, a.y * b.z), simd::fnma(a.x, b.z, a.z * b.x), simd::fnma(a.y, b.x, a.x * b.y)};
     }
     TOUCHSTONE_INLINE friend Vec8 operator*(const Eigen::Matrix3f& R, const Vec8& a) {
-        return a.x * Vec8(R.col(0)) + a.y * Vec8(R.col(1)) + a.z * Vec8(R.col(2));
+        return fma(a.z, Vec8(R.col(2)), fma(a.y, Vec8(R.col(1)), a.x * Vec8(R.col(0))));
     }
 };
 

@@ -301,10 +301,10 @@ struct FeaturePairFinder::Ends {
 
         TOUCHSTONE_INLINE Float8 apart(const Separation8& s) const {
             Float8 n[3];
-            for (int k = 0; k < 3; ++k) n[k] = M(0, k) * s.n[0] + M(1, k) * s.n[1] + M(2, k) * s.n[2];
-            const Float8 a = n[0] * s.a[0] + n[1] * s.a[1] + n[2] * s.a[2],
-                         b = n[0] * s.b[0] + n[1] * s.b[1] + n[2] * s.b[2];
-            return min(a, b) + (m[0] * s.n[0] + m[1] * s.n[1] + m[2] * s.n[2] - s.offset);
+            for (int k = 0; k < 3; ++k) n[k] = sumOfProducts(M(0, k), s.n[0], M(1, k), s.n[1], M(2, k), s.n[2]);
+            const Float8 a = sumOfProducts(n[0], s.a[0], n[1], s.a[1], n[2], s.a[2]),
+                         b = sumOfProducts(n[0], s.b[0], n[1], s.b[1], n[2], s.b[2]);
+            return min(a, b) + (sumOfProducts(m[0], s.n[0], m[1], s.n[1], m[2], s.n[2]) - s.offset);
         }
     };
     Place tool[2];      ///< of the tool in the obstacle's frame

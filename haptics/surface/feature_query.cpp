@@ -16,7 +16,7 @@ TOUCHSTONE_INLINE Separation8 separation(const Vec8& n, const Float8& offset, co
 TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::vertexFaces(const Vec8& vertices, const FaceLanes& f,
                                                                Separation8& apart) const {
     const Vec8 arm = R * vertices, from = arm + Vec8(t), path = way(arm);
-    const auto at = [&](float s) { return fromFace(from + splat(s) * path, f.a, f.b, f.c, f.normal); };
+    const auto at = [&](float s) { return fromFace(fma(splat(s), path, from), f.a, f.b, f.c, f.normal); };
     const Near8 near = alongCourse(dot(path, path), splat(0.0f), guard, quick, at);
     const auto offset = [&](const Vec8& n) { return max(max(dot(n, f.a), dot(n, f.b)), dot(n, f.c)); };
     const Vec8 nearest = direction(near.off);
@@ -36,8 +36,9 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& 
     const auto at = [&](float s) {
         const Float8 share = splat(s);
         // The corners have moved by I + W with W v = w x v, so the normal by its cofactors I + W + w w'.
-        const Vec8 w = Vector3f(s * turn), n = f.normal + cross(w, f.normal) + dot(w, f.normal) * w;
-        return fromFace(p, f.a + share * wa, f.b + share * wb, f.c + share * wc, 1.0f / simd::sqrt(dot(n, n)) * n);
+        const Vec8 w = Vector3f(s * turn), n = fma(dot(w, f.normal), w, f.normal + cross(w, f.normal));
+        return fromFace(p, fma(share, wa, f.a), fma(share, wb, f.b), fma(share, wc, f.c),
+                        1.0f / simd::sqrt(dot(n, n)) * n);
     };
     const Near8 near = alongCourse(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), spread, guard, quick, at);
     const Vec8 nearest = direction(near.off);
@@ -49,7 +50,7 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& 
     const Int8 atStart = through(bound);
     const Vec8 turned = orAtStart(nearest, atStart, at), w = (atStart ? splat(0.0f) : near.fraction) * Vec8(turn),
                back = turned - cross(w, turned);
-    const Vec8 n = R.transpose() * (back + splat(0.5f) * cross(w, cross(w, turned)));
+    const Vec8 n = R.transpose() * fma(splat(0.5f), cross(w, cross(w, turned)), back);
     apart = separation(n, max(max(dot(n, faces.a), dot(n, faces.b)), dot(n, faces.c)), vertices, vertices);
     return quick ? max(near.gap, bound) : near.gap;
 }
@@ -62,7 +63,7 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const EdgeLanes& mine, 
     const Float8 length2 = max(dot(path, path), dot(path + bend, path + bend));
     const auto at = [&](float s) {
         const Float8 share = splat(s);
-        return fromEdge(u + share * bend, v, w + share * path);
+        return fromEdge(fma(share, bend, u), v, fma(share, path, w));
     };
     const Near8 near = alongCourse(length2, simd::sqrt(dot(bend, bend)), guard, quick, at);
     const auto offset = [&](const Vec8& n) { return max(dot(n, theirs.first), dot(n, theirs.second)); };

@@ -76,8 +76,9 @@ struct FeaturePairFinder::Query {
         if (stays) return start;
         const Vec8 path = way(arm), zero = Eigen::Vector3f(Eigen::Vector3f::Zero());
         const Eigen::Vector3f w = turn.cwiseAbs();
-        const Vec8 grow(w.y() * half.z + w.z() * half.y, w.z() * half.x + w.x() * half.z,
-                        w.x() * half.y + w.y() * half.x);
+        const Vec8 grow(simd::sumOfProducts(w.y(), half.z, w.z(), half.y),
+                        simd::sumOfProducts(w.z(), half.x, w.x(), half.z),
+                        simd::sumOfProducts(w.x(), half.y, w.y(), half.x));
         return {start.lo + min(path - grow, zero), start.hi + max(path + grow, zero)};
     }
 };
@@ -107,8 +108,8 @@ struct FeaturePairFinder::Swept {
         const simd::Int8 near = (b.lo[0] <= simd::splat(hi[0])) & (b.hi[0] >= simd::splat(lo[0])) &
                                 (b.lo[1] <= simd::splat(hi[1])) & (b.hi[1] >= simd::splat(lo[1])) &
                                 (b.lo[2] <= simd::splat(hi[2])) & (b.hi[2] >= simd::splat(lo[2]));
-        const Float8 opposite = -(b.axis[0] * axis[0] + b.axis[1] * axis[1] + b.axis[2] * axis[2]);
-        const Float8 least = b.cosine * cosine - b.sine * sine;
+        const Float8 opposite = -simd::sumOfProducts(axis[0], b.axis[0], axis[1], b.axis[1], axis[2], b.axis[2]);
+        const Float8 least = simd::fnma(sine, b.sine, b.cosine * cosine);
         return simd::toMask(near & ((least - simd::splat(1e-5f) <= opposite) |
                                     (b.angle >= simd::splat(std::numbers::pi_v<float> - angle))));
     }

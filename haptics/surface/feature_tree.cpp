@@ -10,8 +10,6 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kPi = std::numbers::pi_v<float>;
-/// Added to angles in float, rad: more than the rounding of their sums.
-constexpr float kAngleGuard = 1e-5f;
 
 /// Splits at multiples of the largest power of eight below the count, so that all nodes but the last ones are full.
 void split(std::span<int> order, std::span<const Vector3f> centers) {

@@ -11,6 +11,9 @@
 
 namespace touchstone {
 
+/// Added to angles in float, rad: more than the rounding of their sums.
+inline constexpr float kAngleGuard = 1e-5f;
+
 /// Directions within `angle` (rad) of an axis of unit length; pi and more: any direction.
 struct NormalCone {
     Eigen::Vector3f axis = Eigen::Vector3f::UnitX();
@@ -83,8 +86,8 @@ struct BoxPlacement {
         for (int k = 0; k < 3; ++k) {
             T center = lo[0] * 0.0f + t[k], half = lo[0] * 0.0f + guard;
             for (int i = 0; i < 3; ++i) {
-                center += 0.5f * R(k, i) * (lo[i] + hi[i]);
-                half += 0.5f * std::abs(R(k, i)) * (hi[i] - lo[i]);
+                center = simd::fma(0.5f * R(k, i), lo[i] + hi[i], center);
+                half = simd::fma(0.5f * std::abs(R(k, i)), hi[i] - lo[i], half);
             }
             outLo[k] = center - half;
             outHi[k] = center + half;

@@ -15,9 +15,8 @@ using namespace simd;
 
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
-/// Rounding of a coordinate in float, as a fraction of the part's size, and of an angle, rad.
-constexpr float kBoxGuard = 4 * 0x1p-24f, kAngleGuard = 1e-5f;
+/// Rounding of a coordinate in float, as a fraction of the part's size.
+constexpr float kBoxGuard = 4 * 0x1p-24f;
 /// Maximum number of spokes of a vertex whose cone is computed from all pairs of them. A vertex with more gets a half
 /// space, which is correct and finds more pairs.
 constexpr int kManySpokes = 24;
@@ -53,8 +52,8 @@ Surface::Record recordOf(const std::array<Eigen::Vector3f, 4>& vectors) {
 NormalCone coneOf(const std::vector<Vec3>& spokes) {
     Vec3 inward = Vec3::Zero();
     for (const Vec3& spoke : spokes) inward += spoke;
-    const NormalCone half{(-inward).normalized().cast<float>(), kPi / 2 + kAngleGuard};
-    if (!(inward.norm() > 1e-6)) return {half.axis, kPi};
+    const NormalCone half{(-inward).normalized().cast<float>(), std::numbers::pi_v<float> / 2 + kAngleGuard};
+    if (!(inward.norm() > 1e-6)) return {half.axis, std::numbers::pi_v<float>};
     if (int(spokes.size()) > kManySpokes) return half;  // the sum of the spokes lies in their hull
     std::vector<Vec3> extreme;
     Vec3 sum = Vec3::Zero();
@@ -165,9 +164,10 @@ Surface::Surface(SurfaceFeatures from) : features(std::move(from)), extent(cente
             edges.push_back(recordOf({points[edge.points[0]], points[edge.points[1]], a.cross(along).cast<float>(),
                                       along.cross(b).cast<float>()}));
             const bool thin = middle.norm() < 1e-3;
-            bound({edge.points[0], edge.points[1]},
-                  {(thin ? a : middle.normalized()).cast<float>(),
-                   thin ? kPi : float(std::atan2(a.cross(b).norm(), a.dot(b)) / 2) + kAngleGuard});
+            bound(
+                {edge.points[0], edge.points[1]},
+                {(thin ? a : middle.normalized()).cast<float>(),
+                 thin ? std::numbers::pi_v<float> : float(std::atan2(a.cross(b).norm(), a.dot(b)) / 2) + kAngleGuard});
         }
         bounds[patch][std::size_t(FeatureKind::Edge)] = FeatureBounds::of(parts);
         parts.clear();

@@ -55,7 +55,7 @@ Float8 distance2(const Float8 lo[3], const Float8 hi[3], const float otherLo[3],
     Float8 sum = splat(0.0f);
     for (int k = 0; k < 3; ++k) {
         const Float8 outside = apart(lo[k], hi[k], splat(otherLo[k]), splat(otherHi[k]));
-        sum += outside * outside;
+        sum = fma(outside, outside, sum);
     }
     return sum;
 }

@@ -48,6 +48,18 @@ TEST_CASE("simd: eight doubles are compared, chosen and computed as one after th
         same(-a, [](double p, double) { return -p; });
         same(3 * a, [](double p, double) { return 3 * p; });
         same(1 / b, [](double, double q) { return 1 / q; });
+#ifdef __FMA__
+        same(fma(a, b, a), [](double p, double q) { return std::fma(p, q, p); });
+        same(fnma(a, b, b), [](double p, double q) { return std::fma(-p, q, q); });
+        same(fma(x[1], b, a), [&](double p, double q) { return std::fma(x[1], q, p); });
+        const Float8 f = toFloat(a), g = toFloat(b), joined = fma(f, g, f), taken = fnma(f, g, f);
+        for (int i = 0; i < 8; ++i) {
+            const float p = f[i], q = g[i];
+            CHECK((joined[i] == std::fma(p, q, p) || std::isnan(joined[i])));
+            CHECK((taken[i] == std::fma(-p, q, p) || std::isnan(taken[i])));
+            CHECK((fma(p, q, p) == joined[i] || std::isnan(joined[i])));
+        }
+#endif
         same(splat(x[0]), [&](double, double) { return x[0]; });
     }
     CHECK(sum(Double8{1, 2, 4, 8, 16, 32, 64, 128}) == 255);
@@ -62,6 +74,18 @@ TEST_CASE("simd: eight doubles are compared, chosen and computed as one after th
     double packed[16] = {};
     compressStore(packed, lane, 0b10010110);
     CHECK((packed[0] == 1 && packed[1] == 2 && packed[2] == 4 && packed[3] == 7));
+}
+
+TEST_CASE("simd: a product is rounded before it is added, unless a multiply-add is written", "[math]") {
+    std::mt19937_64 random(4);
+    std::uniform_real_distribution<double> unit(1, 2);
+    for (int trial = 0; trial < 100; ++trial) {
+        const double x = unit(random);
+        volatile double kept = x * x;  // rounded, whatever the compiler does
+        const double square = kept;
+        CHECK(x * x - square == 0);
+        CHECK(sum(splat(x) * splat(x) - splat(square)) == 0);
+    }
 }
 
 }  // namespace touchstone::simd_tests
