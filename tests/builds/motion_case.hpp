@@ -12,7 +12,7 @@
 #include "haptics/loop/world.hpp"
 #include "haptics/math/hash.hpp"
 
-namespace touchstone::windows {
+namespace touchstone::builds {
 
 /// A part of a world. Its sphere tree is the file NAME.spheres beside the case, NAME being its number; 0 is the tool.
 struct MotionPart {
@@ -123,4 +123,4 @@ inline Settings settingsOf(const MotionCase& all) {
     return settings;
 }
 
-}  // namespace touchstone::windows
+}  // namespace touchstone::builds

@@ -8,13 +8,13 @@
 #include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
-#include "tests/windows/motion_case.hpp"
+#include "tests/builds/motion_case.hpp"
 
 namespace {
 
 namespace fs = std::filesystem;
 using namespace touchstone;
-using namespace touchstone::windows;
+using namespace touchstone::builds;
 
 constexpr double kSeconds = 4;  // of simulated time
 

@@ -10,7 +10,7 @@
 #include "haptics/builder/mesh_repair.hpp"
 #include "haptics/builder/tree_file.hpp"
 #include "haptics/loop/step.hpp"
-#include "tests/windows/motion_case.hpp"
+#include "tests/builds/motion_case.hpp"
 
 namespace {
 
@@ -70,7 +70,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace touchstone;
-using namespace touchstone::windows;
+using namespace touchstone::builds;
 
 World worldOf(const MotionCase& all, const fs::path& folder) {
     World world;
