@@ -23,7 +23,7 @@ Vec3 randomUnit(std::mt19937_64& random) {
     std::normal_distribution<double> normal;
     Vec3 v;
     do {
-        v = Vec3{normal(random), normal(random), normal(random)};
+        v = Vec3(normal(random), normal(random), normal(random));
     } while (v.norm() < 1e-3);
     return v.normalized();
 }
@@ -49,12 +49,12 @@ Contacts randomContacts(std::mt19937_64& random, ContactKind kind, int m) {
         if (kind == ContactKind::Wedge) n = (facing + 0.9 * randomUnit(random)).normalized();
         if (kind == ContactKind::Pinch) n = i % 2 ? (-facing + 0.05 * randomUnit(random)).normalized() : facing;
         if (kind == ContactKind::Scattered) n = randomUnit(random);
-        const double far = 20 + 30 * unit(random);
-        patch = {n, far * randomUnit(random), 2 + 10 * unit(random), 1 / (5 + 50 * unit(random)), 0};
+        patch = {n, (20 + 30 * unit(random)) * randomUnit(random), 2 + 10 * unit(random), 1 / (5 + 50 * unit(random)),
+                 0};
     }
     for (int i = 0; i < m; ++i) {
         const Patch& patch = patches[random() % patches.size()];
-        Vec3 offset = patch.radius * Vec3{normal(random), normal(random), normal(random)} / 2;
+        Vec3 offset = patch.radius * Vec3(normal(random), normal(random), normal(random)) / 2;
         offset -= offset.dot(patch.n) * patch.n;
         const Vec3 n = (patch.n - patch.curvature * offset + 0.05 * randomUnit(random)).normalized();
         Vec3 r = patch.r + offset;
@@ -87,7 +87,7 @@ Contacts randomContacts(std::mt19937_64& random, ContactKind kind, int m) {
         if (kind == ContactKind::Degenerate) gap = unit(random) < 0.5 ? 0 : gap;
         contacts.wall(n, gap, r);
     }
-    const double first = unit(random), depth = 0.01 + 5 * first * unit(random);
+    const double depth = 0.01 + 5 * unit(random) * unit(random);
     const Vec3 aside = randomUnit(random), axis = randomUnit(random);
     const double slant = 0.7 * unit(random), turn = 0.05 * unit(random);
     for (int k = 0; k < 3; ++k) {
