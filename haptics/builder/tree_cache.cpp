@@ -13,7 +13,7 @@ namespace touchstone {
 namespace {
 
 // Version of the builder. Increase it when the same mesh and options give a different tree.
-constexpr std::uint32_t kBuilderVersion = 7;
+constexpr std::uint32_t kBuilderVersion = 8;
 // A program that was stopped while it builds keeps others waiting no longer than most trees take.
 constexpr std::chrono::minutes kLongestWait{10};
 
