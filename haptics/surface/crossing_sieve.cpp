@@ -29,7 +29,7 @@ CrossingSieve::CrossingSieve(const Surface& tool, const Surface& obstacle, const
       rise_(guard + float(inside > 0 ? inside + least : 0)),
       turn_(float(turn + (inside > 0 ? kLean : 0)) * 1.00001f + 1e-8f) {}
 
-/// Of vertices on these ways in a frame that turns by this angle, each with a face: those which may cross it.
+/// Which of these vertices may cross their face, on these ways in a frame that turns by this angle.
 TOUCHSTONE_INLINE Mask CrossingSieve::crosses(const Vec8& from, const Vec8& to, const FaceLanes& face,
                                               float turn) const {
     const Vec8 corners[3] = {face.a, face.b, face.c}, way = to - from;
