@@ -55,7 +55,7 @@ TEST_CASE("pushed: with friction a tool with nothing behind it gives way to what
     const double speed = GENERATE(0.0005, 0.5);  // mm a tick, far below and above what an obstacle moves at most
     const World world = slabAndWall(geometry, mu);
     const double kept = geometry == Geometry::Mesh ? Settings{}.contactDistance : 0;
-    int pushed = 0, held = 0;
+    int held = 0;
     for (const Motion& motion : kMotions)
         for (int solver = 0; solver < int(frictionSolverTable().size()); ++solver) {
             if (mu != 0.4 && solver > 0) continue;
@@ -75,7 +75,6 @@ TEST_CASE("pushed: with friction a tool with nothing behind it gives way to what
                     at(share * motion.slab.x(), share * motion.slab.y(), share * motion.slab.z(), share * motion.turn),
                     {world.obstacles[1].X_WO.p + share * motion.wall, Quat::Identity()}};
                 record = step(world, settings, {device, {}, targets}, state);
-                ++pushed;
                 held += !relaxed && (record.flags & kObstacleHeld) != 0;
                 CHECK((record.flags & (kInfeasible | kNonFinite | kListOverflow)) == 0);
                 return state.obstacles()[0] == targets[0] && state.obstacles()[1] == targets[1];
@@ -93,9 +92,8 @@ TEST_CASE("pushed: with friction a tool with nothing behind it gives way to what
             else
                 CHECK(gap == Approx(kept).margin(relaxed ? mu * 0.5 : 1e-4));  // a tenth of a micrometer
         }
-    // An obstacle waits a tick where no forces with friction were found, which no solver always does.
-    CAPTURE(pushed);
-    CHECK(held <= 1);
+    // An obstacle waits a tick where no forces with friction were found: one between spheres, at 500 mm/s with mu 1.
+    CHECK(held <= int(geometry == Geometry::Spheres && mu == 1.0 && speed == 0.5));
 }
 
 }  // namespace touchstone::pushed_tests
