@@ -20,25 +20,8 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 const Vec6 kStiffness = (Vec6() << 1, 1, 1, 1000, 1000, 1000).finished();
 
-/// What the law of a solver predicts, and how closely its iteration must come to it.
-struct Expected {
-    int facets;        ///< of its cone; 0: round
-    bool hovers;       ///< while sliding
-    double tolerance;  ///< mm and N of the answers below, which are about 1
-};
-/// Direct methods round at 1e-13, and cone-newton accepts 1e-10 of the forces. PQP ends at 1e-6 N of each of up to 32
-/// rows, Gauss-Seidel at changes of 1e-10 N in a sweep, which bound the error less tightly.
-Expected expectedOf(const FrictionSolverInfo& info) {
-    if (info.name == "cone-newton") return {0, false, 1e-9};
-    if (info.name == "lemke-4") return {4, false, 1e-9};
-    if (info.name == "lemke-8") return {8, false, 1e-9};
-    if (info.name == "convex") return {8, true, 1e-9};
-    if (info.name == "convex-pqp") return {8, true, 1e-4};
-    REQUIRE(info.name == "gauss-seidel");
-    return {0, false, 1e-7};
-}
 /// Least friction force on a pyramid, over that on the cone.
-double leastOf(const Expected& expected) { return expected.facets ? std::cos(kPi / expected.facets) : 1; }
+double leastOf(const FrictionLaw& law) { return law.facets ? std::cos(kPi / law.facets) : 1; }
 
 Vec6 wantedOf(const Vec3& translation) { return (Vec6() << translation, Vec3::Zero()).finished(); }
 double springsOf(const Vec6& x, const Vec6& wanted, const Vec3& along) {
@@ -91,10 +74,9 @@ RandomProblem randomProblem(std::mt19937_64& random, int most) {
 
 TEST_CASE("friction solver table: the first solver is exact, and names are unique and found", "[qp][friction]") {
     const auto table = frictionSolverTable();
-    REQUIRE(table[0].name == "cone-newton");
+    REQUIRE(table[0].exact);
     std::set<std::string_view> names;
     for (std::size_t i = 0; i < table.size(); ++i) {
-        CHECK(table[i].exact == (i == 0));
         CHECK(names.insert(table[i].name).second);
         CHECK(findFrictionSolver(table[i].name) == int(i));
         CHECK_FALSE(table[i].summary.empty());
@@ -109,7 +91,7 @@ TEST_CASE("every friction solver: a block pulled in 64 directions slides with th
     const auto contacts = feet(Vec3::UnitZ(), mu);
     for (const FrictionSolverInfo& info : frictionSolverTable()) {
         CAPTURE(info.name);
-        const Expected expected = expectedOf(info);
+        const FrictionLaw& expected = info.law;
         const auto solver = info.make(4);
         double least = 2, most = 0, turned = 0;
         for (int k = 0; k < 64; ++k) {
@@ -118,7 +100,7 @@ TEST_CASE("every friction solver: a block pulled in 64 directions slides with th
             const FrictionProblem problem{kStiffness, wantedOf(3 * along - 2 * Vec3::UnitZ()), contacts};
             const FrictionResult result = solver->solve(problem, Vec6::Zero());
             REQUIRE(result.status == (info.exact ? FrictionStatus::Exact : FrictionStatus::Approximate));
-            CHECK(result.x.tail<3>().norm() < expected.tolerance);  // rad
+            CHECK(result.x.tail<3>().norm() < expected.accuracy);  // rad
             Vec3 force = Vec3::Zero();
             for (const Vec3& f : result.forces) force += f;
             CHECK((force - kStiffness.head<3>().cwiseProduct((result.x - problem.wanted).head<3>())).norm() < 1e-9);
@@ -130,18 +112,18 @@ TEST_CASE("every friction solver: a block pulled in 64 directions slides with th
             // The height: zero by Coulomb's law, µ max(-d·u) by the relaxation.
             const double height = result.x.z();
             if (expected.hovers) {
-                CHECK(height <= mu * slip.norm() + expected.tolerance);
-                CHECK(height >= mu * slip.norm() * leastOf(expected) - expected.tolerance);
+                CHECK(height <= mu * slip.norm() + expected.accuracy);
+                CHECK(height >= mu * slip.norm() * leastOf(expected) - expected.accuracy);
             } else {
-                CHECK(std::abs(height) < expected.tolerance);
-                CHECK(force.z() == Approx(2).epsilon(expected.tolerance));
+                CHECK(std::abs(height) < expected.accuracy);
+                CHECK(force.z() == Approx(2).epsilon(expected.accuracy));
             }
         }
         // Pulls at the middle of two facets are among the 64, so the bounds are attained.
-        CHECK(least == Approx(leastOf(expected)).epsilon(10 * expected.tolerance));
-        CHECK(most == Approx(1).epsilon(10 * expected.tolerance));
+        CHECK(least == Approx(leastOf(expected)).epsilon(10 * expected.accuracy));
+        CHECK(most == Approx(1).epsilon(10 * expected.accuracy));
         const double error = expected.facets ? kPi / expected.facets : 0;
-        CHECK(turned <= error + 10 * expected.tolerance);
+        CHECK(turned <= error + 10 * expected.accuracy);
         CHECK(turned >= 0.7 * error);
     }
 }
@@ -150,7 +132,7 @@ TEST_CASE("every friction solver: a block on a slope holds until tan(slope) = µ
           "[qp][friction]") {
     const double mu = 0.4;
     for (const FrictionSolverInfo& info : frictionSolverTable()) {
-        const Expected expected = expectedOf(info);
+        const FrictionLaw& expected = info.law;
         const auto solver = info.make(4);
         for (const double part : {0.2, 0.9, 0.999, 1.001, 1.1, 2.0}) {
             CAPTURE(info.name, part);
@@ -164,8 +146,8 @@ TEST_CASE("every friction solver: a block on a slope holds until tan(slope) = µ
             const double pull = 2 * std::sin(slope), weight = 2 * std::cos(slope);
             double slip = std::max(0.0, pull - mu * weight), height = 0;
             if (expected.hovers) slip /= 1 + mu * mu, height = mu * slip;
-            CHECK(down.dot(result.x.head<3>()) == Approx(slip).margin(10 * expected.tolerance));
-            CHECK(n.dot(result.x.head<3>()) == Approx(height).margin(10 * expected.tolerance));
+            CHECK(down.dot(result.x.head<3>()) == Approx(slip).margin(10 * expected.accuracy));
+            CHECK(n.dot(result.x.head<3>()) == Approx(height).margin(10 * expected.accuracy));
             CHECK((slip > 0) == (part > 1));
         }
     }
@@ -175,7 +157,7 @@ TEST_CASE("every friction solver: between two facets a block holds until µ F co
     const double mu = 0.4;
     const auto contacts = feet(Vec3::UnitZ(), mu);
     for (const FrictionSolverInfo& info : frictionSolverTable()) {
-        const Expected expected = expectedOf(info);
+        const FrictionLaw& expected = info.law;
         const auto solver = info.make(4);
         const double angle = expected.facets ? kPi / expected.facets : 0.3;  // from a facet
         const Vec3 along(std::cos(angle), std::sin(angle), 0);
@@ -184,7 +166,7 @@ TEST_CASE("every friction solver: between two facets a block holds until µ F co
             const double pull = part * mu * 2 * leastOf(expected);
             const FrictionProblem problem{kStiffness, wantedOf(pull * along - 2 * Vec3::UnitZ()), contacts};
             const double slip = along.dot(solver->solve(problem, Vec6::Zero()).x.head<3>());
-            if (part < 1) CHECK(std::abs(slip) < 10 * expected.tolerance);
+            if (part < 1) CHECK(std::abs(slip) < 10 * expected.accuracy);
             if (part > 1) CHECK(slip > 3e-4);  // about 0.001 x 0.74 mm, less where the block hovers
         }
     }
@@ -197,15 +179,15 @@ TEST_CASE("friction solvers: the convex relaxation hovers at µ |u| while it sli
     const FrictionProblem problem{kStiffness, wantedOf({pull, 0, -weight}), contacts};
     for (const FrictionSolverInfo& info : frictionSolverTable()) {
         CAPTURE(info.name);
-        const Expected expected = expectedOf(info);
+        const FrictionLaw& expected = info.law;
         const FrictionResult result = info.make(4)->solve(problem, Vec6::Zero());
         const double slip = result.x.x(), height = result.x.z();
         // The relaxation's answer is h projected onto z = µ x: (pull - µ weight)/(1 + µ²) = 1.6 along x.
-        CHECK(slip == Approx(expected.hovers ? 1.6 : 2.0).margin(expected.tolerance));
-        CHECK(height == Approx(expected.hovers ? mu * slip : 0).margin(expected.tolerance));
+        CHECK(slip == Approx(expected.hovers ? 1.6 : 2.0).margin(expected.accuracy));
+        CHECK(height == Approx(expected.hovers ? mu * slip : 0).margin(expected.accuracy));
         // Lifting the block makes it heavier, by 40 %: springs of 2.8 N instead of 2 N.
         CHECK(springsOf(result.x, problem.wanted, Vec3::UnitZ()) ==
-              Approx(expected.hovers ? 2.8 : 2.0).margin(expected.tolerance));
+              Approx(expected.hovers ? 2.8 : 2.0).margin(expected.accuracy));
     }
 }
 
@@ -225,19 +207,19 @@ TEST_CASE("every friction solver: gaps and the slip since the tick began count",
     const double mu = 0.5;
     for (const FrictionSolverInfo& info : frictionSolverTable()) {
         CAPTURE(info.name);
-        const Expected expected = expectedOf(info);
+        const FrictionLaw& expected = info.law;
         const auto solver = info.make(4);
         auto contacts = feet(Vec3::UnitZ(), mu);
         for (FrictionContact& c : contacts) c.gap = 0.5, c.slipped = Vec3(0.1, 0, 7);  // along n there is no slip
         const FrictionProblem problem{kStiffness, wantedOf({0, 0, -2.5}), contacts};
         // 0.1 N of at most 1 N hold the contacts where they were when the tick began.
-        CHECK((solver->solve(problem, Vec6::Zero()).x - wantedOf({-0.1, 0, -0.5})).norm() < 10 * expected.tolerance);
+        CHECK((solver->solve(problem, Vec6::Zero()).x - wantedOf({-0.1, 0, -0.5})).norm() < 10 * expected.accuracy);
         for (FrictionContact& c : contacts) c.slipped = Vec3(3, 0, 0);
         const Vec6 x = solver->solve(problem, Vec6::Zero()).x;
         // 1 N pulls it back by 1 mm. The relaxation has x - h along (-µ, 1), with z = µ (x + 3) - 0.5.
         const double force = 2 + mu * 3 / (1 + mu * mu) - 2 * mu * mu / (1 + mu * mu);
         const Vec6 hovering = wantedOf({-mu * force, 0, force - 2.5});
-        CHECK((x - (expected.hovers ? hovering : wantedOf({-1, 0, -0.5}))).norm() < 10 * expected.tolerance);
+        CHECK((x - (expected.hovers ? hovering : wantedOf({-1, 0, -0.5}))).norm() < 10 * expected.accuracy);
     }
 }
 
@@ -264,17 +246,17 @@ TEST_CASE("every friction solver: without friction the answer is that of the exa
                 continue;
             }
             REQUIRE(result.status == (info.exact ? FrictionStatus::Exact : FrictionStatus::Approximate));
-            // Of contacts that share a load, Gauss-Seidel may end at its cap.
-            if (result.iterations == GaussSeidelSettings().maxSweeps && info.name == "gauss-seidel") {
+            // Of contacts that share a load, a solver that sweeps may end at its cap.
+            if (info.law.sweeps > 0 && result.iterations == info.law.sweeps) {
                 ++capped;
                 continue;
             }
             ++compared;
-            CHECK((result.x - exact.x).norm() < 100 * expectedOf(info).tolerance);
+            CHECK((result.x - exact.x).norm() < 100 * info.law.accuracy);
         }
     }
     CHECK(regularized <= 2);
-    CHECK(compared >= 590);
+    CHECK(compared >= 98 * int(frictionSolverTable().size()));
     CHECK(capped > 0);
 }
 
@@ -285,8 +267,7 @@ TEST_CASE("every friction solver: 1,000 random problems give finite answers that
     for (int i = 0; i < 1000; ++i) problems.push_back(randomProblem(random, i % 5 ? 8 : 18));  // PQP takes long on many
     for (const FrictionSolverInfo& info : frictionSolverTable()) {
         CAPTURE(info.name);
-        const Expected expected = expectedOf(info);
-        const bool iterates = info.name == "gauss-seidel";
+        const FrictionLaw& expected = info.law;
         const auto solver = info.make(18);
         int answers = 0, capped = 0;
         for (std::size_t i = 0; i < problems.size(); ++i) {
@@ -301,11 +282,11 @@ TEST_CASE("every friction solver: 1,000 random problems give finite answers that
             const CoulombResiduals residuals = coulombResiduals(problem, result.x, result.forces);
             CHECK(residuals.balance_N < 1e-9);
             CHECK(residuals.cone_N < 1e-9);
-            if (iterates && result.iterations == GaussSeidelSettings().maxSweeps) {
+            if (info.law.sweeps > 0 && result.iterations == info.law.sweeps) {
                 ++capped;
                 continue;
             }
-            const double tolerance = 100 * expected.tolerance;
+            const double tolerance = 100 * expected.accuracy;
             CHECK(residuals.overlap_mm < tolerance);
             // Gaps are not negative and nothing else moves, so friction cannot drive the hand.
             CHECK(result.x.dot(problem.stiffness.cwiseProduct(result.x - problem.wanted)) <
@@ -328,7 +309,6 @@ TEST_CASE("every friction solver: 1,000 random problems give finite answers that
         }
         // Measured: cone-newton, from cold and with contacts at many angles, 997; Gauss-Seidel ends 184 at its cap.
         CHECK(answers >= (info.exact ? 980 : 1000));
-        CHECK((capped > 0) == iterates);
         CHECK(capped < 250);
     }
 }
@@ -387,7 +367,7 @@ TEST_CASE("friction solvers: a work limit ends what iterates, and a larger one c
         } else {
             CHECK(ended.iterations < iterations);
             CHECK(ended.iterations <= 11);
-            CHECK((ended.status == FrictionStatus::None) == (info.name != "gauss-seidel"));
+            CHECK((ended.status == FrictionStatus::None) == (info.law.sweeps == 0));
         }
     }
 }
@@ -415,9 +395,9 @@ TEST_CASE("every friction solver: contacts that contradict each other have no an
         const auto solver = info.make(2);  // owns the forces
         const FrictionResult result = solver->solve(problem, start);
         REQUIRE(result.x.allFinite());
-        if (info.name == "gauss-seidel") {
+        if (info.law.sweeps > 0) {
             CHECK(result.status == FrictionStatus::Approximate);
-            CHECK(result.iterations == GaussSeidelSettings().maxSweeps);
+            CHECK(result.iterations == info.law.sweeps);
         } else if (info.exact) {
             CHECK(result.status != FrictionStatus::Exact);
             CHECK(result.iterations < 150);  // the forces grow while the overlap stays; without noticing that, 271
