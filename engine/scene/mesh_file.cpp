@@ -1,6 +1,7 @@
 #include "engine/scene/mesh_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 
 #include "engine/scene/gltf_container.hpp"
@@ -17,6 +18,13 @@ struct Format {
 };
 constexpr Format kFormats[] = {{".obj", readObj}, {".ply", readPly}, {".stl", readStl}};
 
+constexpr auto kExtensions = [] {
+    std::array<std::string_view, std::size(kFormats)> extensions;
+    std::transform(std::begin(kFormats), std::end(kFormats), extensions.begin(),
+                   [](const Format& format) { return format.extension; });
+    return extensions;
+}();
+
 const Format* formatOf(const fs::path& file) {
     std::string extension = file.extension().string();
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -27,12 +35,23 @@ const Format* formatOf(const fs::path& file) {
 
 }  // namespace
 
+std::span<const std::string_view> meshExtensions() { return kExtensions; }
+
+std::string meshExtensionWords(std::string_view conjunction) {
+    std::string words;
+    for (std::size_t i = 0; i < kExtensions.size(); ++i) {
+        if (i > 0) words += i + 1 < kExtensions.size() ? ", " : " " + std::string(conjunction) + " ";
+        words += kExtensions[i];
+    }
+    return words;
+}
+
 bool isMeshFile(const fs::path& file) { return formatOf(file) != nullptr; }
 
 MeshFile readMeshFile(const fs::path& file, double metresPerUnit) {
     assert(metresPerUnit > 0);
     const Format* format = formatOf(file);
-    if (!format) failIn(file, "", "is not a .obj, .ply or .stl file; export the part as one of these");
+    if (!format) failIn(file, "", "is not a " + meshExtensionWords() + " file; export the part as one of these");
 
     PolygonMesh mesh(file, metresPerUnit);
     {

@@ -1,7 +1,9 @@
 #pragma once
 // Reads parts from STL, OBJ and PLY files.
 #include <filesystem>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/scene/mesh_data.hpp"
@@ -15,7 +17,12 @@ struct MeshFile {
     std::vector<std::string> notes;
 };
 
-/// Whether the name ends in .obj, .ply or .stl, in lower or upper case.
+/// The formats that are read, by the ends of file names: ".obj", ".ply", ".stl".
+std::span<const std::string_view> meshExtensions();
+/// The same in a sentence: ".obj, .ply or .stl", or with another conjunction.
+std::string meshExtensionWords(std::string_view conjunction = "or");
+
+/// Whether the name ends in one of them, in lower or upper case.
 bool isMeshFile(const std::filesystem::path& file);
 
 /// Reads all faces of an STL (ASCII or binary), OBJ or PLY (ASCII or binary) file as one mesh, in meters. Polygons are

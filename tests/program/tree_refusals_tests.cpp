@@ -77,7 +77,8 @@ TEST_CASE("program: a missing or unsuitable input of tree is one sentence and ex
     const std::map<std::string, std::string> sentences{
         {"/no/such.obj", "/no/such.obj"},
         {"nosuchscene", "nosuchscene"},
-        {touchstone.with("mesh.step", "ISO-10303-21;\n"), ".obj, .ply, .stl, .glb or .gltf"},
+        {touchstone.with("mesh.step", "ISO-10303-21;\n"),
+         "neither a mesh (.obj, .ply or .stl) nor a scene (.glb or .gltf)"},
         {touchstone.with("nan.stl", binaryStlOf(broken)), "non-finite"},
         {touchstone.with("nan.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n"), "nan.obj"},
         {touchstone.with("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"), "range.obj"},

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "engine/scene/mesh_file.hpp"
 #include "haptics/builder/tree_check.hpp"
 #include "haptics/builder/tree_file.hpp"
 #include "tools/touchstone/command_line.hpp"
@@ -142,7 +143,9 @@ const CLI::App* addTreeCheck(CLI::App& tree, Action& action) {
     CLI::App* check =
         addCommand(tree, "check", "Measure how closely a tree of this or another program follows a mesh", kCheckFooter);
     check->add_option("FILE", options->tree, "a .sph file, or a file that `touchstone tree -o` wrote")->required();
-    check->add_option("MESH", options->of.file, "an .obj, .ply, .stl, .glb or .gltf file, or the name of a scene")
+    check
+        ->add_option("MESH", options->of.file,
+                     "a mesh (" + engine::meshExtensionWords() + "), a scene (.glb or .gltf), or the name of a scene")
         ->required();
     addPartChoice(*check, options->of);
     check

@@ -60,7 +60,8 @@ TreePart nodePart(const engine::Scene& scene, engine::Entity node) {
 }
 
 std::vector<TreePart> readSceneParts(const PartChoice& choice) {
-    if (choice.unit) throw UsageError("--unit is for .obj, .ply and .stl files: scenes are in meters");
+    if (choice.unit)
+        throw UsageError("--unit is for " + engine::meshExtensionWords("and") + " files: scenes are in meters");
     engine::Scene scene = engine::readGltf(findScene(choice.file));
     updateWorldTransforms(scene);
     const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
@@ -85,7 +86,8 @@ std::vector<TreePart> readSceneParts(const PartChoice& choice) {
 }  // namespace
 
 void addPartChoice(CLI::App& command, PartChoice& choice) {
-    command.add_option("--unit", choice.unit, "unit of .obj, .ply and .stl coordinates: mm (default), cm, m or in");
+    command.add_option("--unit", choice.unit,
+                       "unit of " + engine::meshExtensionWords("and") + " coordinates: mm (default), cm, m or in");
     command.add_option("--part", choice.part, "name of a node of the scene");
 }
 
@@ -133,8 +135,8 @@ std::vector<TreePart> readParts(const PartChoice& choice) {
     const std::string extension = extensionOf(choice.file);
     std::error_code error;
     if (extension != ".glb" && extension != ".gltf" && fs::is_regular_file(choice.file, error))
-        throw std::runtime_error(choice.file +
-                                 ": this is not an .obj, .ply, .stl, .glb or .gltf file; export it as one of these");
+        throw std::runtime_error(choice.file + ": this is neither a mesh (" + engine::meshExtensionWords() +
+                                 ") nor a scene (.glb or .gltf); export it as one of these");
     return readSceneParts(choice);
 }
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "engine/scene/mesh_file.hpp"
 #include "engine/ui/user_files.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 
@@ -15,17 +16,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array kMeshes{".stl", ".obj", ".ply"};
-bool isMesh(const fs::path& file) {
-    return std::find(kMeshes.begin(), kMeshes.end(), file.extension()) != kMeshes.end();
+/// The files that the dialog lists: scenes and parts.
+std::vector<std::string> extensions() {
+    std::vector<std::string> all{".glb", ".gltf"};
+    for (const std::string_view mesh : engine::meshExtensions()) all.emplace_back(mesh);
+    return all;
 }
 
 }  // namespace
 
 OpenDialog::OpenDialog(fs::path configFolder, fs::path cacheFolder)
-    : configFolder_(std::move(configFolder)),
-      cards_(std::move(cacheFolder)),
-      browser_({".glb", ".gltf", ".stl", ".obj", ".ply"}) {}
+    : configFolder_(std::move(configFolder)), cards_(std::move(cacheFolder)), browser_(extensions()) {}
 
 void OpenDialog::drawPicture(const fs::path& scene, const SceneCard& card, ImVec2 low, ImVec2 size) {
     ImDrawList& list = *ImGui::GetWindowDrawList();
@@ -89,7 +90,7 @@ void OpenDialog::drawFiles(const MenuView& view, MenuState& state, ImVec2 size, 
         shown_ = file;
         if (!file.empty()) std::snprintf(state.openPath.data(), state.openPath.size(), "%s", file.c_str());
     }
-    if (!file.empty() && !isMesh(file)) {
+    if (!file.empty() && !engine::isMeshFile(file)) {
         const ImVec2 low = ImGui::GetCursorScreenPos(), picture{8 * em, 5 * em};
         const auto card = cards_.find(file);
         drawPicture(file, *card, low, picture);
@@ -135,7 +136,7 @@ void OpenDialog::draw(const MenuView& view, MenuState& state, PanelRequests& req
     drawBundled(view, {width, height}, items);
     ImGui::SameLine();
     drawFiles(view, state, {width, height}, items);
-    if (const fs::path scene = std::exchange(chosen_, {}); !scene.empty() && !isMesh(scene)) {
+    if (const fs::path scene = std::exchange(chosen_, {}); !scene.empty() && !engine::isMeshFile(scene)) {
         requests.open = scene;
         if (scene.parent_path() == browser_.folder()) engine::keepFolder(configFolder_, browser_.folder());
         ImGui::CloseCurrentPopup();
