@@ -38,11 +38,6 @@ install(FILES ${manual} DESTINATION share/man/man1 COMPONENT program)
 file(GLOB pages ${PROJECT_SOURCE_DIR}/docs/*.md)
 install(FILES ${pages} DESTINATION share/doc/touchstone COMPONENT program)
 
-# SIMD types in the headers have the layout of one architecture, so pkg-config gives it to whoever uses them.
-file(WRITE ${about}/libtouchstone-dev "# Types in the headers have the layout of this architecture.\n"
-  "libtouchstone-dev: pkg-config-bad-directive -march=*\n")
-install(FILES ${about}/libtouchstone-dev DESTINATION share/lintian/overrides COMPONENT dev)
-
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_OUTPUT_FILE_PREFIX ${PROJECT_BINARY_DIR})
@@ -80,7 +75,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libc6-dev, libeigen3-dev (>= 3.4), libstdc
 set(CPACK_DEBIAN_DEV_DESCRIPTION "haptic rendering of rigid contact, as a C++ library
 ${method}
 
-This package holds the static library, its headers, and files for CMake and
+This package holds the static library, its header, and files for CMake and
 pkg-config. It is compiled for processors with AVX2 and FMA (x86-64-v3).")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-touchstone)

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "haptics/device/device.hpp"
+#include "haptics/device/device_table.hpp"
 
 namespace touchstone {
 namespace {

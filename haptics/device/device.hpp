@@ -5,11 +5,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <span>
-#include <string>
-#include <string_view>
 
-#include "haptics/device/goal.hpp"
 #include "haptics/math/rigid.hpp"
 
 namespace touchstone {
@@ -82,48 +78,5 @@ class Device {
     /// none.
     virtual std::shared_ptr<DeviceControl> control() const { return nullptr; }
 };
-
-class Motion;
-struct NamedMotion;
-class MouseTarget;
-
-/// Everything that a device may need to start. Each device uses only some of it.
-struct DeviceContext {
-    Pose X_WT_start;                              ///< tool node at the start of the scene
-    std::optional<GoalRegion> goal;               ///< nothing if the scene has no goal
-    std::shared_ptr<const Motion> demonstration;  ///< the scene's main motion; null if it has none
-    std::span<const NamedMotion> motions;         ///< all of the scene's motions, the demonstration first
-    std::shared_ptr<MouseTarget> mouse;           ///< written by the window; null without a window
-    std::string file;                             ///< the text after ':' in --device NAME:FILE
-};
-
-struct DeviceCheck {
-    bool works = true;
-    std::string text = {};  ///< one or more sentences
-};
-
-/// What moves a device.
-enum class Mover {
-    Nothing,
-    Program,  ///< a motion or a simulated hand: a run needs no clock, and repeats to the bit
-    Person,   ///< or a machine outside: a run is paced by the clock, and none repeats another
-};
-
-struct DeviceInfo {
-    std::string_view name;     ///< as on the command line
-    std::string_view summary;  ///< one sentence for help and panels
-    Mover mover;
-    /// Makes the device. Throws std::runtime_error with one sentence if it cannot start.
-    std::unique_ptr<Device> (*make)(const DeviceContext&);
-    /// Reports what works on this machine and what to do about the rest, one item per line; null if nothing can be
-    /// missing.
-    DeviceCheck (*examine)() = nullptr;
-};
-
-/// The devices of the core: demo, forcedimension, hand, insert, lab, mouse, phantom, replay, rest and spacemouse. To
-/// add a device, add a row. The program's table, with the devices that need more libraries, is allDevices() of
-/// haptics/sandbox/devices.
-std::span<const DeviceInfo> deviceTable();
-const DeviceInfo* findDevice(std::string_view name, std::span<const DeviceInfo> table = deviceTable());
 
 }  // namespace touchstone

@@ -1,6 +1,7 @@
 #pragma once
 // An omega, sigma or lambda of Force Dimension: a pose in, force and, with active rotations, torque out.
 #include "haptics/device/device.hpp"
+#include "haptics/device/device_table.hpp"
 
 namespace touchstone {
 

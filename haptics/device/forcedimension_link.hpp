@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "haptics/device/arm_link.hpp"
+#include "haptics/device/device_table.hpp"
 #include "haptics/device/dhd_library.hpp"
 
 namespace touchstone {

@@ -1,6 +1,7 @@
 #pragma once
 // Any arm over the network: a program sends the pose of the hand by UDP and receives the wrench.
 #include "haptics/device/device.hpp"
+#include "haptics/device/device_table.hpp"
 
 namespace touchstone {
 

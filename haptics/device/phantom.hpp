@@ -1,6 +1,7 @@
 #pragma once
 // A Phantom, Touch or other arm through the device layer of OpenHaptics: a 6-DoF pose in, force and torque out.
 #include "haptics/device/device.hpp"
+#include "haptics/device/device_table.hpp"
 
 namespace touchstone {
 

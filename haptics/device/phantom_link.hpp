@@ -5,6 +5,7 @@
 #include <string>
 
 #include "haptics/device/arm_link.hpp"
+#include "haptics/device/device_table.hpp"
 #include "haptics/device/hd_library.hpp"
 
 namespace touchstone {

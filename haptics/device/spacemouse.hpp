@@ -1,6 +1,7 @@
 #pragma once
 // A SpaceMouse through libspnav. It sets the velocity of the tool, not its pose.
 #include "haptics/device/device.hpp"
+#include "haptics/device/device_table.hpp"
 
 namespace touchstone {
 

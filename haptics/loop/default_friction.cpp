@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "haptics/loop/default_tick.hpp"
+#include "haptics/loop/setting_table.hpp"
 
 namespace touchstone {
 namespace {
@@ -20,7 +21,7 @@ RowContacts::Place DefaultTick::placeOf(std::uint64_t id, bool restarted) const 
     const Pose X_OT = state_.inObstacle(k, state_.graphic);
     const Vec3 p_O = state_.lists[k]->nearest(X_OT, toolLeafOf(id), obstacleLeafOf(id)).onTool;
     const Vec3 p_T = X_OT.inverse() * p_O;
-    const Friction friction = state_.world->obstacles[k].frictionIn(settings_);
+    const Friction friction = state_.world->friction(std::size_t(k), settings_);
     const auto movedFrom = [&](const Pose& from) {
         return from == X_OT ? Vec3::Zero() : Vec3(state_.R_WO[k] * (p_O - from * p_T));
     };
@@ -58,8 +59,8 @@ void DefaultTick::addLoadedRows() {
 /// Finds the forces on the state's rows with a drag on the tool, see Tick::problemOf().
 ContactForces::Result DefaultTick::solveForces(const Vec6& wanted, double drag) {
     const std::uint64_t start = tick_.now();
-    const bool exact = frictionSolverTable()[settings_.frictionSolver].exact;
-    FrictionSolver& solver = *state_.frictionRenderers[settings_.frictionSolver];
+    const bool exact = findFrictionSolver(settings_.frictionSolver)->exact;
+    FrictionSolver& solver = *named(state_.frictionRenderers, settings_.frictionSolver);
     solver.limitWork(settings_.solverWork);
     const ContactForces::Result result = state_.forces.solve(tick_.problemOf(wanted, drag), solverSettings(settings_),
                                                              *this, *state_.projector, solver, exact);
@@ -92,7 +93,7 @@ bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
     if (result.status == SolveStatus::Invalid) return false;
     held_ = result.status == SolveStatus::Solved && result.friction == FrictionStatus::None;
     step.rubs = result.status == SolveStatus::Solved && result.friction != FrictionStatus::None;
-    step.exact = frictionSolverTable()[settings_.frictionSolver].exact || result.replaced;
+    step.exact = findFrictionSolver(settings_.frictionSolver)->exact || result.replaced;
     step.rendered = result.x;
     if (!step.rubs || result.friction != FrictionStatus::Approximate || result.overlap <= kViolation)
         return take(result.x, result.status, result.slack, wanted, step);
@@ -107,7 +108,7 @@ void DefaultTick::recordFriction() {
     record.coulomb.dissipation_mJ = 0;
     Vec3 friction = Vec3::Zero();
     for (const ContactForces::Contact& contact : state_.forces.loaded()) {
-        if (!state_.world->obstacles[obstacleOf(contact.id)].frictionIn(settings_).any()) continue;
+        if (!state_.world->friction(std::size_t(obstacleOf(contact.id)), settings_).any()) continue;
         (contact.slides ? record.sliding : record.sticking) += 1;
         const Vec3& n = contact.normal;
         const auto slipped = [&](bool restarted) {

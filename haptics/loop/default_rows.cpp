@@ -95,8 +95,8 @@ bool DefaultTick::addTouching(const Crossing& by, Crossed& result) {
 /// rows from the beginning.
 void DefaultTick::noteTouching() {
     state_.touching.clear();
-    if (rubs_ || !solverTable()[settings_.solver].exact) return;
-    for (const StepState::Impl::Contact& contact : state_.contacts)
+    if (rubs_ || !findSolver(settings_.solver)->exact) return;
+    for (const TickState::Impl::Contact& contact : state_.contacts)
         if (state_.lists[obstacleOf(contact.id)]->ofFeatures()) state_.touching.push(contact.id);
 }
 
@@ -111,9 +111,9 @@ bool DefaultTick::isCarriedBy(const TouchingPairs& pairs) const {
 std::uint64_t DefaultTick::carrierBeside(const Pose& at, bool& any) const {
     any = false;
     std::uint64_t worst = kNoCarrier;
-    if (!ofFeatures_ || (!rubs_ && !solverTable()[settings_.solver].exact)) return worst;
+    if (!ofFeatures_ || (!rubs_ && !findSolver(settings_.solver)->exact)) return worst;
     double most = kBeside;
-    for (const StepState::Impl::Contact& contact : state_.contacts) {
+    for (const TickState::Impl::Contact& contact : state_.contacts) {
         const int k = obstacleOf(contact.id);
         const ContactList::Stand stand = state_.lists[k]->stand(state_.inObstacle(k, at), contact.id);
         if (stand.beside <= kBeside || hasTwin(at, contact.id, stand)) continue;

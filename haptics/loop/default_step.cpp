@@ -139,7 +139,7 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     flying_ = state_.rows.size() == 0 && !fitsCappedSteps(wanted) && !isNear(settings_.margin);
     if (isFlight(wanted, step)) return Found::Flight;
     // With friction, contacts are those of the last solve, which may be that of another problem.
-    if (settings_.shadow >= 0 && !shadowRan_ && state_.rows.size() && !(rubs_ && step.dragged)) {
+    if (settings_.shadow != kNoSolver && !shadowRan_ && state_.rows.size() && !(rubs_ && step.dragged)) {
         const auto contacts = state_.forces.contacts();
         if (!rubs_)
             tick_.runShadow(tick_.problemOf(wanted), step.rendered);
@@ -289,8 +289,8 @@ void DefaultTick::slowDown(const Vec6& wanted, Step& step) {
     step.slowed = step.dragged = false;
     const double whole = allowed(step.x, trust_, maxTurn(), kOfBudget);
     if (whole >= kLonger || whole * step.length < kArrived || step.elastic) return;
-    const bool exact = rubs_ ? step.rubs && frictionSolverTable()[settings_.frictionSolver].exact
-                             : solverTable()[settings_.solver].exact;
+    const bool exact =
+        rubs_ ? step.rubs && findFrictionSolver(settings_.frictionSolver)->exact : findSolver(settings_.solver)->exact;
     if (!ofFeatures_ || ofLeaves_ || !exact) return;
     // The multiple that is allowed is nearly linear in the drag; it is for a free tool, which nothing holds.
     const auto squared = [&](const Vec6& metric) { return step.x.dot(metric.cwiseProduct(step.x)); };

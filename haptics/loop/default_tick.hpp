@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "haptics/loop/step_state.hpp"
+#include "haptics/loop/tick_memory.hpp"
 
 namespace touchstone {
 
@@ -121,7 +121,7 @@ class DefaultTick final : RowContacts {
     void recordFriction();
 
     Tick& tick_;
-    StepState::Impl& state_;
+    TickState::Impl& state_;
     const Settings& settings_;
     const Pose device_;
     double trust_ = settings_.trust, margin_ = settings_.margin;

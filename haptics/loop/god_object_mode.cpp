@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptics/loop/step_state.hpp"
+#include "haptics/loop/distances.hpp"
+#include "haptics/loop/tick_memory.hpp"
 
 namespace touchstone {
 namespace {
@@ -20,7 +21,7 @@ constexpr double kLastStep = 1e-3;
 /// Collects a row for every pair that touches; of too many, as in deep overlaps, for the nearest pair of each tool
 /// leaf. An overlap is resolved by at most `trust` in a step. Returns false if the lists overflow.
 bool collectTouching(Tick& tick) {
-    StepState::Impl& s = tick.state;
+    TickState::Impl& s = tick.state;
     RowSet& rows = s.rows;
     rows.clear();
     bool fits = true;
@@ -52,7 +53,7 @@ bool collectTouching(Tick& tick) {
 }  // namespace
 
 bool godObjectTick(Tick& tick, const Pose& device, Wrench& wrench) {
-    StepState::Impl& s = tick.state;
+    TickState::Impl& s = tick.state;
     TickRecord& record = tick.record;
     const double maxTurn = std::sqrt(kTouches / s.reach);  // bends by reach turn²/2 = kKept
     const int limit = linearizationsOf(tick.settings, Geometry::Spheres);
@@ -71,7 +72,7 @@ bool godObjectTick(Tick& tick, const Pose& device, Wrench& wrench) {
             if (solved.status == SolveStatus::Invalid) return false;
             x = solved.x;
             record.rowsScreened = std::max(record.rowsScreened, solved.rows);
-            if (record.linearisations == 1 && tick.settings.shadow >= 0)
+            if (record.linearisations == 1 && tick.settings.shadow != kNoSolver)
                 tick.runShadow({tick.stiffness(), wanted, &s.rows}, solved.rendered);
         }
 

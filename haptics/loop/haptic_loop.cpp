@@ -1,7 +1,19 @@
 #include "haptics/loop/haptic_loop.hpp"
 
+#include <atomic>
 #include <chrono>
+#include <latch>
+#include <mutex>
 #include <stdexcept>
+#include <thread>
+
+#include "haptics/loop/step.hpp"
+#include "haptics/loop/tick_driver.hpp"
+#include "haptics/loop/work_limits.hpp"
+#include "haptics/threads/mailbox.hpp"
+#include "haptics/threads/ring.hpp"
+#include "haptics/threads/rt_thread.hpp"
+#include "haptics/threads/triple_buffer.hpp"
 
 #include "haptics/threads/tick_period.hpp"
 
@@ -31,7 +43,69 @@ class RateMeter {
 
 }  // namespace
 
-HapticLoop::HapticLoop(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device,
+struct HapticLoop::Impl {
+    Impl(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device,
+         const LoopOptions& options);
+
+    void setSettings(const Settings& settings);
+    void moveObstacles(std::span<const Pose> X_WO);
+    void open(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device);
+    bool poll();
+    bool pop(RecordedTick& tick);
+    void forgetHistory() { forgetHistory_.store(true, std::memory_order_relaxed); }
+
+    /// Requests of the view for a session. They carry its number, since sessions arrive through another channel.
+    struct PendingRequests {
+        Settings settings;
+        std::vector<Pose> X_WO;  ///< target poses of the obstacles; empty: they stay
+        std::uint64_t session = 0;
+    };
+
+    /// Poses of the obstacles when a state began; they have their own ring, since they are too large for every tick.
+    struct StartPlaces {
+        std::uint64_t number = 0;
+        std::vector<Pose> X_WO;
+    };
+
+    Settings checked(const Settings& settings) const;
+    std::unique_ptr<Session> makeSession(std::shared_ptr<const World> world, const Settings& settings,
+                                         std::unique_ptr<Device> device) const;
+    void run(const std::stop_token& stop);
+    void watch(const std::stop_token& stop);
+    void freeRetired();
+    void takeRequests();
+    void pushTick(const TickRecord& record);
+
+    const LoopOptions options_;
+    const double nanosecondsPerRowIteration_;
+    PendingRequests newestRequests_;  // used by the view: for the newest session
+    RealTimeStatus realTime_;         // written before ready_
+    std::latch ready_{1};
+
+    TripleBuffer<PendingRequests> requests_;
+    bool requestsWait_ = false;  // used by the loop: the newest requests are for a session that has not arrived
+    std::atomic<bool> restart_ = false, forgetHistory_ = false;
+    enum class EngagementRequest : std::uint8_t { None, Stop, Engage };
+    std::atomic<EngagementRequest> engagementRequest_ = EngagementRequest::None;
+    Mailbox<Session> incoming_, outgoing_;
+    TripleBuffer<LoopSnapshot> snapshots_;  // with room for the maximum number of obstacles
+    Ring<RecordedTick> ring_;
+    Ring<StartPlaces> starts_;   // of the ticks in ring_, in their order
+    StartPlaces start_;          // used by the view: of the last tick taken
+    StartPlaces nextStart_;      // used by the loop: the next entry of starts_
+    bool startDropped_ = false;  // used by the loop: no tick since has had one
+    TickDriver driver_;          // used by the loop
+
+    std::mutex freeing_;  // protects sessions from being freed during watch(); never used by the loop
+    std::atomic<Device*> engaged_ = nullptr;  // the session's device while its motors are engaged
+    std::atomic<std::uint64_t> ticks_ = 0;
+    std::atomic<bool> hung_ = false;   // set by the watchdog for the safety stage, cleared by the next tick
+    std::atomic<bool> hangs_ = false;  // no tick has ended since the watchdog released the forces
+    std::jthread watchdog_;
+    std::jthread thread_;  // last member: it is joined, and watched until then, before what it uses is destroyed
+};
+
+HapticLoop::Impl::Impl(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device,
                        const LoopOptions& options)
     : options_(options),
       nanosecondsPerRowIteration_(calibrateWork()),
@@ -46,33 +120,32 @@ HapticLoop::HapticLoop(std::shared_ptr<const World> world, const Settings& setti
     if (options_.watchdogMs > 0) watchdog_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
 }
 
-HapticLoop::~HapticLoop() = default;
-
-Settings HapticLoop::checked(const Settings& settings) const {
+Settings HapticLoop::Impl::checked(const Settings& settings) const {
     if (const std::string wrong = checkSettings(settings); !wrong.empty()) throw std::invalid_argument(wrong);
     Settings fitting = settings;
     keepRoundTripsInTick(fitting, options_.shares);
     return limitWork(fitting, nanosecondsPerRowIteration_, options_.shares);
 }
 
-std::unique_ptr<Session> HapticLoop::makeSession(std::shared_ptr<const World> world, const Settings& settings,
-                                                 std::unique_ptr<Device> device) const {
+std::unique_ptr<Session> HapticLoop::Impl::makeSession(std::shared_ptr<const World> world, const Settings& settings,
+                                                       std::unique_ptr<Device> device) const {
     auto session = std::make_unique<Session>(std::move(world), checked(settings), std::move(device));
     if (options_.helper) session->keeper = std::make_unique<NeighborListWorker>(*session->world);
     return session;
 }
 
-void HapticLoop::setSettings(const Settings& settings) {
+void HapticLoop::Impl::setSettings(const Settings& settings) {
     newestRequests_.settings = checked(settings);
     requests_.write(newestRequests_);
 }
 
-void HapticLoop::moveObstacles(std::span<const Pose> X_WO) {
+void HapticLoop::Impl::moveObstacles(std::span<const Pose> X_WO) {
     newestRequests_.X_WO.assign(X_WO.begin(), X_WO.end());
     requests_.write(newestRequests_);
 }
 
-void HapticLoop::open(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device) {
+void HapticLoop::Impl::open(std::shared_ptr<const World> world, const Settings& settings,
+                            std::unique_ptr<Device> device) {
     auto session = makeSession(std::move(world), settings, std::move(device));
     session->number = newestRequests_.session + 1;
     newestRequests_ = {.settings = session->settings, .X_WO = {}, .session = session->number};
@@ -80,27 +153,20 @@ void HapticLoop::open(std::shared_ptr<const World> world, const Settings& settin
     freeRetired();
 }
 
-bool HapticLoop::poll() {
+bool HapticLoop::Impl::poll() {
     freeRetired();
     return snapshots_.update();
 }
 
-bool HapticLoop::pop(RecordedTick& tick) {
+bool HapticLoop::Impl::pop(RecordedTick& tick) {
     if (!ring_.pop(tick)) return false;
     // Skip starts whose tick was dropped.
-    while (tick.input.start && start_.number < tick.starts && starts_.pop(start_)) {
+    while (tick.start && start_.number < tick.starts && starts_.pop(start_)) {
     }
     return true;
 }
 
-bool HapticLoop::pop(TickRecord& record) {
-    RecordedTick tick;
-    const bool some = pop(tick);
-    if (some) record = tick.record;
-    return some;
-}
-
-void HapticLoop::takeRequests() {
+void HapticLoop::Impl::takeRequests() {
     // A session is taken only if there is room to hand the present one back.
     if (!driver_.opening() && outgoing_.empty())
         if (auto session = incoming_.take()) driver_.open(std::move(session));
@@ -125,13 +191,13 @@ void HapticLoop::takeRequests() {
     }
 }
 
-void HapticLoop::freeRetired() {
+void HapticLoop::Impl::freeRetired() {
     if (outgoing_.empty()) return;
     const std::lock_guard lock(freeing_);
     outgoing_.take();
 }
 
-void HapticLoop::watch(const std::stop_token& stop) {
+void HapticLoop::Impl::watch(const std::stop_token& stop) {
     const auto limit = static_cast<std::uint64_t>(1e6 * options_.watchdogMs);
     std::uint64_t seen = 0, since = steadyNanoseconds();
     while (!stop.stop_requested()) {
@@ -155,22 +221,23 @@ void HapticLoop::watch(const std::stop_token& stop) {
 
 /// Pushes the newest tick to the ring. A tick with a start is dropped if the poses of its obstacles cannot be pushed.
 /// When there is room again after a start was dropped, the next tick has another, since a recording may wait for one.
-void HapticLoop::pushTick(const TickRecord& record) {
+void HapticLoop::Impl::pushTick(const TickRecord& record) {
     const Session& session = driver_.session();
-    const TickInput& input = session.state.input();
-    if (input.start) {
+    RecordedTick tick = recordedTick(session.state, record, session.number);
+    if (tick.start) {
         startDropped_ = true;
-        const std::span<const Pose> X_WO = session.state.obstaclesAtStart();
+        const std::span<const Pose> X_WO = touchstone::obstaclesAtStart(session.state);
         ++nextStart_.number;
         nextStart_.X_WO.assign(X_WO.begin(), X_WO.end());
         if (!starts_.push(nextStart_)) return;
     }
-    if (!ring_.push({input, record, session.number, nextStart_.number})) return;
-    if (startDropped_ && !input.start) forgetHistory();
+    tick.starts = nextStart_.number;
+    if (!ring_.push(tick)) return;
+    if (startDropped_ && !tick.start) forgetHistory();
     startDropped_ = false;
 }
 
-void HapticLoop::run(const std::stop_token& stop) {
+void HapticLoop::Impl::run(const std::stop_token& stop) {
     useSignalStack();  // guard
     realTime_ = raiseThread(options_.realTime);
     TickClocks clocks{.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds, .hung = &hung_};
@@ -223,5 +290,34 @@ void HapticLoop::run(const std::stop_token& stop) {
         if (!driven) pacer.wait();
     }
 }
+
+HapticLoop::HapticLoop(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device,
+                       const LoopOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(world), settings, std::move(device), options)) {}
+HapticLoop::~HapticLoop() = default;
+
+void HapticLoop::setSettings(const Settings& settings) { impl_->setSettings(settings); }
+void HapticLoop::moveObstacles(std::span<const Pose> X_WO) { impl_->moveObstacles(X_WO); }
+void HapticLoop::open(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device) {
+    impl_->open(std::move(world), settings, std::move(device));
+}
+void HapticLoop::restart() { impl_->restart_.store(true, std::memory_order_relaxed); }
+void HapticLoop::stop() { impl_->engagementRequest_.store(Impl::EngagementRequest::Stop, std::memory_order_relaxed); }
+void HapticLoop::engage() {
+    impl_->engagementRequest_.store(Impl::EngagementRequest::Engage, std::memory_order_relaxed);
+}
+void HapticLoop::forgetHistory() { impl_->forgetHistory(); }
+bool HapticLoop::poll() { return impl_->poll(); }
+const LoopSnapshot& HapticLoop::snapshot() const { return impl_->snapshots_.get(); }
+bool HapticLoop::hangs() const { return impl_->hangs_.load(std::memory_order_relaxed); }
+bool HapticLoop::pop(RecordedTick& tick) { return impl_->pop(tick); }
+bool HapticLoop::pop(TickRecord& record) {
+    RecordedTick tick;
+    const bool some = impl_->pop(tick);
+    if (some) record = tick.record;
+    return some;
+}
+std::span<const Pose> HapticLoop::obstaclesAtStart() const { return impl_->start_.X_WO; }
+const RealTimeStatus& HapticLoop::realTime() const { return impl_->realTime_; }
 
 }  // namespace touchstone

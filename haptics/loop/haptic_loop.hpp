@@ -1,23 +1,24 @@
 #pragma once
 // The haptic thread: ticks at a constant rate, controlled and observed without a lock.
 #include <array>
-#include <atomic>
+#include <cstddef>
 #include <cstdint>
-#include <latch>
 #include <memory>
-#include <mutex>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "haptics/loop/tick_driver.hpp"
-#include "haptics/loop/work_limits.hpp"
-#include "haptics/threads/mailbox.hpp"
-#include "haptics/threads/ring.hpp"
-#include "haptics/threads/rt_thread.hpp"
-#include "haptics/threads/triple_buffer.hpp"
+#include "haptics/device/device.hpp"
+#include "haptics/device/trips.hpp"
+#include "haptics/loop/settings.hpp"
+#include "haptics/loop/tick.hpp"
+#include "haptics/loop/world.hpp"
+#include "haptics/threads/real_time.hpp"
 
 namespace touchstone {
+
+struct RecordedTick;
 
 struct LoopOptions {
     RealTimeOptions realTime;
@@ -68,82 +69,35 @@ class HapticLoop {
     /// allocates the tick's memory. The newest call wins. Throws as setSettings() does.
     void open(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device);
     /// Resets device and tool to the start.
-    void restart() { restart_.store(true, std::memory_order_relaxed); }
+    void restart();
     /// As in TickDriver, at the next tick; the newer of the two wins.
-    void stop() { engagementRequest_.store(EngagementRequest::Stop, std::memory_order_relaxed); }
-    void engage() { engagementRequest_.store(EngagementRequest::Engage, std::memory_order_relaxed); }
+    void stop();
+    void engage();
 
     /// Makes the state forget its history at the next tick, whose input then has a start. A recording that begins with
     /// that tick can reproduce the run. The tool continues from its pose, up to rounding. If pop() will not deliver
     /// that tick, since the ring is full, a later one takes its place.
-    void forgetHistory() { forgetHistory_.store(true, std::memory_order_relaxed); }
+    void forgetHistory();
 
     /// Takes the newest snapshot; returns false if no tick has ended since the last call. Call it regularly, since it
     /// also frees what the loop has handed back.
     bool poll();
-    const LoopSnapshot& snapshot() const { return snapshots_.get(); }
+    const LoopSnapshot& snapshot() const;
     /// Whether the watchdog has released the device's forces and no tick has ended since.
-    bool hangs() const { return hangs_.load(std::memory_order_relaxed); }
+    bool hangs() const;
     /// Takes the oldest tick not yet taken; false if there is none. Ticks arrive in order, and without gaps as long as
     /// `dropped` does not change.
     bool pop(RecordedTick& tick);
     bool pop(TickRecord& record);
     /// Poses of the obstacles at the start in the input of the last tick taken; only valid if that input has a start.
-    std::span<const Pose> obstaclesAtStart() const { return start_.X_WO; }
+    std::span<const Pose> obstaclesAtStart() const;
 
     /// The real-time properties that the system granted the thread.
-    const RealTimeStatus& realTime() const { return realTime_; }
+    const RealTimeStatus& realTime() const;
 
   private:
-    /// Requests of the view for a session. They carry its number, since sessions arrive through another channel.
-    struct PendingRequests {
-        Settings settings;
-        std::vector<Pose> X_WO;  ///< target poses of the obstacles; empty: they stay
-        std::uint64_t session = 0;
-    };
-
-    /// Poses of the obstacles when a state began; they have their own ring, since they are too large for every tick.
-    struct StartPlaces {
-        std::uint64_t number = 0;
-        std::vector<Pose> X_WO;
-    };
-
-    Settings checked(const Settings& settings) const;
-    std::unique_ptr<Session> makeSession(std::shared_ptr<const World> world, const Settings& settings,
-                                         std::unique_ptr<Device> device) const;
-    void run(const std::stop_token& stop);
-    void watch(const std::stop_token& stop);
-    void freeRetired();
-    void takeRequests();
-    void pushTick(const TickRecord& record);
-
-    const LoopOptions options_;
-    const double nanosecondsPerRowIteration_;
-    PendingRequests newestRequests_;  // used by the view: for the newest session
-    RealTimeStatus realTime_;         // written before ready_
-    std::latch ready_{1};
-
-    TripleBuffer<PendingRequests> requests_;
-    bool requestsWait_ = false;  // used by the loop: the newest requests are for a session that has not arrived
-    std::atomic<bool> restart_ = false, forgetHistory_ = false;
-    enum class EngagementRequest : std::uint8_t { None, Stop, Engage };
-    std::atomic<EngagementRequest> engagementRequest_ = EngagementRequest::None;
-    Mailbox<Session> incoming_, outgoing_;
-    TripleBuffer<LoopSnapshot> snapshots_;  // with room for the maximum number of obstacles
-    Ring<RecordedTick> ring_;
-    Ring<StartPlaces> starts_;   // of the ticks in ring_, in their order
-    StartPlaces start_;          // used by the view: of the last tick taken
-    StartPlaces nextStart_;      // used by the loop: the next entry of starts_
-    bool startDropped_ = false;  // used by the loop: no tick since has had one
-    TickDriver driver_;          // used by the loop
-
-    std::mutex freeing_;  // protects sessions from being freed during watch(); never used by the loop
-    std::atomic<Device*> engaged_ = nullptr;  // the session's device while its motors are engaged
-    std::atomic<std::uint64_t> ticks_ = 0;
-    std::atomic<bool> hung_ = false;   // set by the watchdog for the safety stage, cleared by the next tick
-    std::atomic<bool> hangs_ = false;  // no tick has ended since the watchdog released the forces
-    std::jthread watchdog_;
-    std::jthread thread_;  // last member: it is joined, and watched until then, before what it uses is destroyed
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace touchstone

@@ -53,10 +53,11 @@ NeighborListWorker::NeighborListWorker(const World& world)
     for (const Obstacle& obstacle : world.obstacles) {
         parts_.push_back(std::make_unique<Part>(
             world.hasSpheres(parts_.size())
-                ? std::make_unique<LeafPairFinder>(*world.tool, *obstacle.tree, world.p_TC())
+                ? std::make_unique<LeafPairFinder>(*world.tool.spheres, *obstacle.part.spheres, world.p_TC())
                 : nullptr,
-            world.hasMeshes(parts_.size()) ? std::make_unique<FeaturePairFinder>(*world.toolSurface, *obstacle.surface)
-                                           : nullptr));
+            world.hasMeshes(parts_.size())
+                ? std::make_unique<FeaturePairFinder>(*world.tool.surface, *obstacle.part.surface)
+                : nullptr));
         newest_.push_back(&parts_.back()->entries.get());
         X_OT_[parts_.size() - 1] = obstacle.X_WO.inverse() * world.X_WT_start;
     }

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/loop/distances.hpp"
 #include "haptics/loop/overlaps.hpp"
+#include "haptics/loop/setting_table.hpp"
 
 namespace touchstone {
 namespace {
@@ -26,8 +28,8 @@ Pose poseOf(const Vec6& q) { return {q.head<3>(), (rotationZ(q[5]) * rotationY(q
 
 /// Finds the deepest pairs that intersect at `device`, at most `maxPairs`, in order of identity. Returns the number of
 /// all pairs that intersect.
-int deepestPairs(StepState::Impl& s, const Pose& device, int maxPairs) {
-    using Pair = StepState::Impl::DeepPair;
+int deepestPairs(TickState::Impl& s, const Pose& device, int maxPairs) {
+    using Pair = TickState::Impl::DeepPair;
     const auto deeper = [](const Pair& a, const Pair& b) { return a.gap != b.gap ? a.gap < b.gap : a.id < b.id; };
     int pairs = 0;
     s.deepest.clear();
@@ -50,14 +52,14 @@ int deepestPairs(StepState::Impl& s, const Pose& device, int maxPairs) {
 }
 
 /// Rows J Δq >= d of (12), (13), written as J x >= -g with x = Δq = q_g - q_h.
-void linearize(StepState::Impl& s, const Vec6& q_g, const Vec6& q_h) {
+void linearize(TickState::Impl& s, const Vec6& q_g, const Vec6& q_h) {
     const Quat Rz = rotationZ(q_g[5]), Rzy = Rz * rotationY(q_g[4]), R = Rzy * rotationX(q_g[3]);
     const Vec3 axis[3] = {Rzy * Vec3::UnitX(), Rz * Vec3::UnitY(), Vec3::UnitZ()};
     s.rows.clear();
     for (const auto& pair : s.deepest) {
         const int k = obstacleOf(pair.id);
-        const Sphere t = s.world->tool->leaf(toolLeafOf(pair.id));
-        const Sphere o = s.world->obstacles[k].tree->leaf(obstacleLeafOf(pair.id));
+        const Sphere t = s.world->tool.spheres->leaf(toolLeafOf(pair.id));
+        const Sphere o = s.world->obstacles[k].part.spheres->leaf(obstacleLeafOf(pair.id));
         const Vec3 r = R * (Vec3(t.x, t.y, t.z) - s.p_TC);
         const Vec3 d = q_g.head<3>() + r - s.X_WO[k] * Vec3(o.x, o.y, o.z);
         const double radii = double(t.r) + double(o.r);
@@ -84,7 +86,7 @@ double violation(const RowSet& rows, const Vec6& x) {
 }  // namespace
 
 bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
-    StepState::Impl& s = tick.state;
+    TickState::Impl& s = tick.state;
     TickRecord& record = tick.record;
     const Settings& set = tick.settings;
     const Vec6 q_h = configuration(device), q_g = configuration(s.graphic);
@@ -104,14 +106,14 @@ bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
         const QpProblem problem{tick.stiffness(), Vec6::Zero(), &s.rows};
         const SolverSettings limits = solverSettings(set);
         start = tick.now();
-        SolveResult result = s.renderers[set.solver]->solve(problem, limits);
+        SolveResult result = named(s.renderers, set.solver)->solve(problem, limits);
         tick.addTime(record.solveUs, start);
         result.kkt.primal_mm = violation(s.rows, result.x);
         tick.note(result);
         if (result.status == SolveStatus::Invalid) return false;
         dq = result.x;
-        if (set.shadow >= 0) tick.runShadow(problem, result.x);
-        if (solverTable()[set.solver].exact)
+        if (set.shadow != kNoSolver) tick.runShadow(problem, result.x);
+        if (findSolver(set.solver)->exact)
             s.rememberContacts(s.rows, result);
         else if (tick.audit)
             s.rememberContacts(s.rows, s.reference->solve(problem, limits));

@@ -6,12 +6,13 @@
 // J. Colgate et al. (1995). No tick moves a leaf by more than `trust` (the MaxTravel of W. McNeely et al., 1999).
 #include <Eigen/Cholesky>
 
+#include "haptics/loop/distances.hpp"
 #include "haptics/loop/overlaps.hpp"
 
 namespace touchstone {
 
 bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench) {
-    StepState::Impl& s = tick.state;
+    TickState::Impl& s = tick.state;
     TickRecord& record = tick.record;
     const Vec6 G = tick.stiffness();
     const double k = tick.settings.penaltyStiffness;
@@ -23,8 +24,8 @@ bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench) {
     const Mat3 R = s.graphic.R();
     forOverlaps(s, s.graphic, [&](int obstacle, int toolLeaf, int obstacleLeaf, double gap) {
         ++record.pairs;
-        const Vec3 r = R * (s.world->tool->leaf(toolLeaf).center() - s.p_TC);
-        const Vec3 c_O = s.X_WO[obstacle] * s.world->obstacles[obstacle].tree->leaf(obstacleLeaf).center();
+        const Vec3 r = R * (s.world->tool.spheres->leaf(toolLeaf).center() - s.p_TC);
+        const Vec3 c_O = s.X_WO[obstacle] * s.world->obstacles[obstacle].part.spheres->leaf(obstacleLeaf).center();
         const Vec3 n = (s.graphic.p + r - c_O).normalized();  // zero if the centers coincide: no direction leads out
         Vec6 j;
         j << n, r.cross(n);

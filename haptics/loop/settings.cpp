@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/math/nearest_name.hpp"
 #include "haptics/math/numbers.hpp"
 #include "haptics/qp/friction_table.hpp"
@@ -17,7 +18,7 @@ namespace touchstone {
 namespace {
 
 struct SolverName {
-    int Settings::*index;
+    std::string_view Settings::*name;
     bool mayBeNone;
     bool friction = false;  ///< of frictionSolverTable()
 };
@@ -211,19 +212,20 @@ std::string alternatives(std::span<const std::string_view> names) {
     return all;
 }
 
-std::vector<std::string> namesOf(const SolverName& setting) {
-    std::vector<std::string> names;
+/// As the tables have them: they live as long as the program.
+std::vector<std::string_view> namesOf(const SolverName& setting) {
+    std::vector<std::string_view> names;
     const auto add = [&](const auto& table) {
-        for (const auto& solver : table) names.emplace_back(solver.name);
+        for (const auto& solver : table) names.push_back(solver.name);
     };
     setting.friction ? add(frictionSolverTable()) : add(solverTable());
-    if (setting.mayBeNone) names.emplace_back("none");
+    if (setting.mayBeNone) names.push_back(kNoSolver);
     return names;
 }
 
 std::string oneOf(const SolverName& setting) {
     std::string all;
-    for (const std::string& name : namesOf(setting)) all += (all.empty() ? "one of " : ", ") + name;
+    for (const std::string_view name : namesOf(setting)) all += (all.empty() ? "one of " : ", ") + std::string(name);
     return all;
 }
 
@@ -250,38 +252,37 @@ std::string setSetting(Settings& settings, std::string_view key, std::string_vie
         settings.*member = static_cast<std::remove_reference_t<decltype(settings.*member)>>(*number);
         return {};
     };
-    return std::visit(
-        Overload{
-            [&](double Settings::*member) -> std::string {
-                const auto number = readNumber(value, info.min, info.max);
-                if (!number) return refuse(info, value, range(info, false));
-                settings.*member = *number;
-                return {};
-            },
-            [&](int Settings::*member) { return setWhole(member); },
-            [&](std::int64_t Settings::*member) { return setWhole(member); },
-            [&](bool Settings::*member) -> std::string {
-                const bool on = value == "on" || value == "true";
-                if (!on && value != "off" && value != "false") return refuse(info, value, "on or off");
-                settings.*member = on;
-                return {};
-            },
-            [&]<Enumeration E>(E Settings::*member) -> std::string {
-                const auto names = namesOf(member);
-                const auto found = std::find(names.begin(), names.end(), value);
-                if (found == names.end()) return refuse(info, value, alternatives(names));
-                settings.*member = static_cast<E>(found - names.begin());
-                return {};
-            },
-            [&](SolverName solver) -> std::string {
-                const bool none = solver.mayBeNone && value == "none";
-                const int index = none ? -1 : solver.friction ? findFrictionSolver(value) : findSolver(value);
-                if (index < 0 && !none) return refuse(info, value, oneOf(solver));
-                settings.*solver.index = index;
-                return {};
-            },
-        },
-        row->field);
+    return std::visit(Overload{
+                          [&](double Settings::*member) -> std::string {
+                              const auto number = readNumber(value, info.min, info.max);
+                              if (!number) return refuse(info, value, range(info, false));
+                              settings.*member = *number;
+                              return {};
+                          },
+                          [&](int Settings::*member) { return setWhole(member); },
+                          [&](std::int64_t Settings::*member) { return setWhole(member); },
+                          [&](bool Settings::*member) -> std::string {
+                              const bool on = value == "on" || value == "true";
+                              if (!on && value != "off" && value != "false") return refuse(info, value, "on or off");
+                              settings.*member = on;
+                              return {};
+                          },
+                          [&]<Enumeration E>(E Settings::*member) -> std::string {
+                              const auto names = namesOf(member);
+                              const auto found = std::find(names.begin(), names.end(), value);
+                              if (found == names.end()) return refuse(info, value, alternatives(names));
+                              settings.*member = static_cast<E>(found - names.begin());
+                              return {};
+                          },
+                          [&](SolverName solver) -> std::string {
+                              const auto names = namesOf(solver);
+                              const auto found = std::find(names.begin(), names.end(), value);
+                              if (found == names.end()) return refuse(info, value, oneOf(solver));
+                              settings.*solver.name = *found;
+                              return {};
+                          },
+                      },
+                      row->field);
 }
 
 std::vector<std::string> settingChoices(std::string_view key) {
@@ -290,10 +291,10 @@ std::vector<std::string> settingChoices(std::string_view key) {
     const auto names = [](std::span<const std::string_view> of) {
         return std::vector<std::string>(of.begin(), of.end());
     };
-    return std::visit(
-        Overload{[&]<Enumeration E>(E Settings::*member) { return names(namesOf(member)); },
-                 [](SolverName name) { return namesOf(name); }, [](auto) { return std::vector<std::string>(); }},
-        row->field);
+    return std::visit(Overload{[&]<Enumeration E>(E Settings::*member) { return names(namesOf(member)); },
+                               [&](SolverName setting) { return names(namesOf(setting)); },
+                               [](auto) { return std::vector<std::string>(); }},
+                      row->field);
 }
 
 std::string getSetting(const Settings& settings, std::string_view key) {
@@ -304,10 +305,7 @@ std::string getSetting(const Settings& settings, std::string_view key) {
                           [&]<Enumeration E>(E Settings::*member) {
                               return std::string(namesOf(member)[static_cast<std::size_t>(settings.*member)]);
                           },
-                          [&](SolverName solver) -> std::string {
-                              const int index = settings.*solver.index;
-                              return index < 0 ? "none" : namesOf(solver)[static_cast<std::size_t>(index)];
-                          },
+                          [&](SolverName solver) { return std::string(settings.*solver.name); },
                           [&](auto member) { return text(settings.*member); },
                       },
                       row->field);
@@ -338,20 +336,20 @@ std::string checkSettings(const Settings& settings) {
             if (isWithin(static_cast<double>(settings.*member), info.min, info.max)) return {};
             return refuse(info, text(settings.*member), range(info, whole));
         };
-        const std::string wrong = std::visit(
-            Overload{
-                [&](double Settings::*member) { return number(member, false); },
-                [&](int Settings::*member) { return number(member, true); },
-                [&](std::int64_t Settings::*member) { return number(member, true); },
-                [&, &info = info](SolverName solver) -> std::string {
-                    const int index = settings.*solver.index;
-                    const std::size_t count = solver.friction ? frictionSolverTable().size() : solverTable().size();
-                    if (index >= (solver.mayBeNone ? -1 : 0) && index < static_cast<int>(count)) return {};
-                    return refuse(info, text(index), oneOf(solver));
-                },
-                [](auto) { return std::string(); },
-            },
-            field);
+        const std::string wrong =
+            std::visit(Overload{
+                           [&](double Settings::*member) { return number(member, false); },
+                           [&](int Settings::*member) { return number(member, true); },
+                           [&](std::int64_t Settings::*member) { return number(member, true); },
+                           [&, &info = info](SolverName solver) -> std::string {
+                               const auto names = namesOf(solver);
+                               if (std::find(names.begin(), names.end(), settings.*solver.name) != names.end())
+                                   return {};
+                               return refuse(info, settings.*solver.name, oneOf(solver));
+                           },
+                           [](auto) { return std::string(); },
+                       },
+                       field);
         if (!wrong.empty()) return wrong;
     }
     // Pairs beyond the margin are not listed, so the tool could hit one if it traveled further.

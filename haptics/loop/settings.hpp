@@ -1,14 +1,11 @@
 #pragma once
-// All settings that a user can change, in one struct and one table.
+// All settings that a user can change, in one struct.
 #include <cstdint>
 #include <limits>
-#include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
-#include "haptics/qp/row_screen.hpp"
-#include "haptics/qp/solver.hpp"
+#include "haptics/qp/solver_values.hpp"
 
 namespace touchstone {
 
@@ -18,16 +15,12 @@ enum class Mode : std::uint8_t {
     Penalty,    ///< springs against overlaps behind a virtual coupling, for comparison
     GodObject,  ///< constrained by the pairs that touch, up to where the next one does, for comparison
 };
-/// The names on the command line, in the order of the enumeration.
-std::span<const std::string_view> modeNames();
 
 /// By what the tool touches in default mode.
 enum class Geometry : std::uint8_t {
     Mesh,     ///< the triangles of closed parts; spheres for others
     Spheres,  ///< the leaves of the sphere trees, as in the paper
 };
-/// Likewise.
-std::span<const std::string_view> geometryNames();
 
 /// Constant within a tick. A plain struct: it travels by value from the panels to the loop. The table in settings.cpp
 /// says for each value what happens if it is larger or smaller.
@@ -35,12 +28,13 @@ struct Settings {
     Mode mode = Mode::Default;
     Geometry geometry = Geometry::Mesh;
     double contactDistance = 0.002;  ///< δ, mm: distance that is kept between the features of meshes
-    int solver = kExactSolver;       ///< index into solverTable()
-    int shadow = 1;                  ///< likewise; -1 for none
-    int frictionSolver = 0;          ///< index into frictionSolverTable(): moves the tool where there is friction
-    int frictionShadow = 3;          ///< likewise: the shadow where there is friction, unless `shadow` is none
-    double stiffness = 1;            ///< k_t, N/mm; the paper's value
-    double torsion = 1000;           ///< k_r, mN·m/rad; the paper's value
+    // Solvers by name, as literals or as solverTable() and frictionSolverTable() have them.
+    std::string_view solver = kExactSolver;                  ///< moves the tool
+    std::string_view shadow = "pqp";                         ///< measured on the same rows; kNoSolver: none
+    std::string_view frictionSolver = kExactFrictionSolver;  ///< moves the tool where there is friction
+    std::string_view frictionShadow = "convex";  ///< the shadow where there is friction, unless `shadow` is none
+    double stiffness = 1;                        ///< k_t, N/mm; the paper's value
+    double torsion = 1000;                       ///< k_r, mN·m/rad; the paper's value
     double tolerance = 0.01;  ///< of an approximate solver or shadow: N; in paper mode N·mm, where it is the paper's
     Screening screening = Screening::None;  ///< before an approximate solver in default mode
     /// Maximum iterations of an approximate solver in default mode. In a static hold of 3.235 N, pqp gave 3.049 N with
@@ -92,36 +86,16 @@ inline int linearizationsOf(const Settings& settings, Geometry geometry) {
     return settings.linearisations > 0 ? settings.linearisations : geometry == Geometry::Mesh ? 12 : 2;
 }
 
-/// Settings of the solver that moves the tool, in the mode of these settings.
-SolverSettings solverSettings(const Settings& settings);
-
-/// Where the haptics panel shows a setting, in the order of the table.
-enum class SettingGroup : std::uint8_t { None, Mode, Coupling, Solvers, Approximate, Contact, Friction, More };
-
-/// One setting by name: the table row that the command line, scene files, panels and help read.
-struct SettingInfo {
-    std::string_view key;   ///< as in --set KEY=VALUE
-    std::string_view unit;  ///< "" for counts and names
-    std::string_view help;  ///< what it does, and what happens if it is larger or smaller
-    double min, max;        ///< accepted range of numbers; both 0 for names and switches
-    SettingGroup group = SettingGroup::None;
-    const char* label = "";    ///< of its control
-    double low = 0, high = 0;  ///< range of its slider: where a number is usually tuned
+/// Fractions of the tick period that the solvers of a live loop may use. The remaining 0.3 is for collision, the exact
+/// solver and the system. With larger fractions ticks end late; with smaller ones a solver stops before its tolerance.
+struct WorkShares {
+    double solver = 0.4;  ///< an approximate solver that moves the tool
+    double shadow = 0.3;  ///< the shadow
 };
-
-std::span<const SettingInfo> settingTable();
-
-/// Names that a setting accepts; empty for numbers and switches. Pre: key is in the table. Allocates.
-std::vector<std::string> settingChoices(std::string_view key);
 
 /// Sets one value from text. Returns an empty string, or one sentence that says what is wrong and what is accepted; in
 /// that case `settings` is unchanged.
 std::string setSetting(Settings& settings, std::string_view key, std::string_view value);
-/// The value as text that setSetting() reads back to the same bits. Pre: key is in the table.
-std::string getSetting(const Settings& settings, std::string_view key);
-/// One sentence if a setting asks for friction in a mode that has none; empty otherwise. Only where a user names the
-/// setting is that a mistake: a scene's materials have no effect in such a mode.
-std::string checkAskedFriction(const Settings& settings, std::string_view key);
 /// Checks that all values are in their ranges and consistent. Returns an empty string, or one sentence that says what
 /// is wrong.
 std::string checkSettings(const Settings& settings);

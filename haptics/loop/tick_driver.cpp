@@ -162,15 +162,16 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
         X_WT_device_ = reading.X_WT_device;
     }
 
-    StepInput input{X_WT_device_, {}, session.X_WO};
-    if (session.keeper) input.entries = session.keeper->newest();
+    const TickInput input{X_WT_device_, session.state.nextMove(session.X_WO)};
+    StepOptions options{.clock = clocks.stage, .audit = audit};
+    if (session.keeper) options.entries = session.keeper->newest();
     const double start = clocks.cpuMicroseconds ? clocks.cpuMicroseconds() : 0;
-    TickRecord record = step(*session.world, effective, input, session.state, clocks.stage, audit);
+    TickRecord record = step(*session.world, effective, input, session.state, options);
     if (clocks.cpuMicroseconds) record.totalUs = clocks.cpuMicroseconds() - start;
     if (session.keeper) {
         record.helperUs = session.keeper->takeCpuUs();
         session.keeper->request({.tickMs = 1000 / settings().rate,
-                                 .within = session.state.asked(),
+                                 .within = askedPairs(session.state),
                                  .trust = effective.trust,
                                  .slack = std::max(effective.slack, effective.trust),
                                  .geometry = geometryOf(effective)},

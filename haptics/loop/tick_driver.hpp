@@ -26,7 +26,7 @@ struct Session {
     std::shared_ptr<const World> world;
     Settings settings;
     std::unique_ptr<Device> device;
-    StepState state;
+    TickState state;
     SafetyStage safety;
     std::vector<Pose> X_WO;                      ///< target poses of the obstacles
     std::unique_ptr<NeighborListWorker> keeper;  ///< finds lists ahead of the ticks; null: ticks find their own

@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "haptics/qp/solver.hpp"
 #include "haptics/threads/rt_thread.hpp"
 
 namespace touchstone {
@@ -34,7 +35,7 @@ double nanosecondsPerRowIteration(int rows) {
 
     // The tolerance is never reached, so that the solver makes all iterations.
     const SolverSettings settings{.tolerance = 1e-300, .maxIterations = kIterations};
-    const std::unique_ptr<Solver> solver = solverTable()[findSolver("pqp")].make(rows);
+    const std::unique_ptr<Solver> solver = findSolver("pqp")->make(rows);
     double least = 1e30;
     for (int run = 0; run < kRuns; ++run) {
         solver->reset();
@@ -47,14 +48,14 @@ double nanosecondsPerRowIteration(int rows) {
 }
 
 /// A sentence if a solver on another device does not fit a share of the tick; then the processor's takes its place.
-std::string keepInTick(int& solver, double rate, double share) {
-    if (solver < 0) return {};
-    const SolverInfo& info = solverTable()[static_cast<std::size_t>(solver)];
+std::string keepInTick(std::string_view& solver, double rate, double share) {
+    if (solver == kNoSolver) return {};
+    const SolverInfo& info = *findSolver(solver);
     if (!info.roundTrip) return {};
     const RoundTrip& trip = info.roundTrip();
     const double needed = trip.us + kLeastUpdates * trip.updateUs, available = share * 1e6 / rate;
     if (trip.trouble.empty() && needed <= available) return {};
-    solver = findSolver("pqp");
+    solver = "pqp";
     const std::string instead = std::string(info.name) + " is not used here, and pqp solves on the processor: ";
     if (!trip.trouble.empty()) return instead + trip.trouble;
     std::array<char, 200> why{};
@@ -84,10 +85,11 @@ Settings limitWork(Settings settings, double nanosecondsPerRowIteration, const W
     lower(settings.solverWork, shares.solver * available);
     lower(settings.shadowWork, shares.shadow * available);
     lower(settings.iterationCap, std::min(shares.solver, shares.shadow) * available / kFewRows);
-    for (const auto& [solver, share] :
+    for (const auto& [name, share] :
          {std::pair{settings.solver, shares.solver}, std::pair{settings.shadow, shares.shadow}}) {
-        if (solver < 0 || !solverTable()[static_cast<std::size_t>(solver)].roundTrip) continue;
-        const RoundTrip& trip = solverTable()[static_cast<std::size_t>(solver)].roundTrip();
+        const SolverInfo* solver = findSolver(name);
+        if (!solver || !solver->roundTrip) continue;
+        const RoundTrip& trip = solver->roundTrip();
         const double us = share * 1e6 / settings.rate;
         settings.solverWait = std::min(settings.solverWait, us);
         lower(settings.iterationCap, (us - trip.us) / trip.updateUs);

@@ -8,13 +8,6 @@
 
 namespace touchstone {
 
-/// Fractions of the tick period that the solvers may use. The remaining 0.3 is for collision, the exact solver and the
-/// system. With larger fractions ticks end late; with smaller ones a solver stops before its tolerance.
-struct WorkShares {
-    double solver = 0.4;  ///< an approximate solver that moves the tool
-    double shadow = 0.3;  ///< the shadow
-};
-
 /// What the searches of a tick may do. A test takes some 20 ns. The bundled motions take up to 320,000 tests a tick,
 /// 130,000 of them in one search. A jump beside a thread or a gear, where a course of millimeters sweeps most of two
 /// meshes, would take ten million. With larger limits such ticks become longer; with smaller ones flights end earlier

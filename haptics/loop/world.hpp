@@ -1,77 +1,50 @@
 #pragma once
 // The world of the tick: one tool and its obstacles. Immutable once published.
-#include <cstdint>
-#include <memory>
+#include <cstddef>
 #include <string>
 #include <vector>
 
-#include "haptics/collision/sphere_tree.hpp"
 #include "haptics/loop/settings.hpp"
-#include "haptics/surface/surface.hpp"
+#include "haptics/surface/part.hpp"
 
 namespace touchstone {
 
 inline constexpr std::size_t kMaxObstacles = 255;  // a contact's identity keeps eight bits for the obstacle
 
-/// Coulomb friction of a pair of parts: a contact that sticks holds a tangential force up to atRest F_n, one that
-/// slides resists with sliding F_n. Both 0: no friction.
-struct Friction {
-    double atRest = 0, sliding = 0;
-    bool any() const { return atRest > 0 || sliding > 0; }
-    friend bool operator==(const Friction&, const Friction&) = default;
-};
-
 struct Obstacle {
     std::string name;
-    std::shared_ptr<const SphereTree> tree;            ///< null: it is touched by its mesh alone
-    Pose X_WO;                                         ///< obstacle's node in the scene frame, at the first tick
-    std::shared_ptr<const Surface> surface = nullptr;  ///< null: it is touched by its spheres alone
-    bool asksForSpheres = false;                       ///< it is touched by its spheres in either geometry
-    Friction friction = {};                            ///< between it and the tool, by their materials
-
-    /// The point about which its travel is measured, in its own frame, and the greatest distance from there, mm.
-    Vec3 center() const { return surface ? surface->extent.center : tree->center(); }
-    double reach() const { return surface ? surface->extent.reach : tree->reach(); }
-
-    /// Friction between it and the tool with these settings.
-    Friction frictionIn(const Settings& settings) const {
-        if (!settings.friction) return {};
-        const double every = settings.frictionCoefficient;
-        const Friction pair = every > 0 ? Friction{every, every} : friction;
-        return {settings.frictionScale * pair.atRest, settings.frictionScale * pair.sliding};
-    }
+    Part part;
+    Pose X_WO = {};  ///< obstacle's node in the scene frame, at the first tick
 };
 
-/// Tree and surface of the tool are given in the tool node's frame, whose origin is o. Increments and torques of the
-/// tick refer to C, the center of the mesh, whichever geometry the tick uses, so that results can be compared. A part
-/// has a tree or a surface or both.
+/// Surface and spheres of the tool are given in the tool node's frame, whose origin is o. Increments and torques of the
+/// tick refer to C, the center of the mesh, whichever geometry the tick uses, so that results can be compared.
 struct World {
-    std::shared_ptr<const SphereTree> tool;
+    Part tool;
     std::vector<Obstacle> obstacles;
-    Pose X_WT_start;                                       ///< tool node at the first tick
-    std::shared_ptr<const Surface> toolSurface = nullptr;  ///< null: as for an obstacle
-    bool toolAsksForSpheres = false;                       ///< likewise
+    Pose X_WT_start = {};  ///< tool node at the first tick
 
     /// Whether tool and obstacle can touch by their meshes.
-    bool hasMeshes(std::size_t obstacle) const { return toolSurface && obstacles[obstacle].surface; }
+    bool hasMeshes(std::size_t obstacle) const { return tool.surface && obstacles[obstacle].part.surface; }
     /// Whether they can touch by their spheres.
-    bool hasSpheres(std::size_t obstacle) const { return tool && obstacles[obstacle].tree; }
+    bool hasSpheres(std::size_t obstacle) const { return tool.spheres && obstacles[obstacle].part.spheres; }
     bool hasSpheres() const;  ///< likewise of all obstacles
 
     /// Whether they touch by their meshes in this geometry of the tick.
     bool byMeshes(std::size_t obstacle, Geometry geometry) const {
-        const bool spheres = geometry == Geometry::Spheres || toolAsksForSpheres || obstacles[obstacle].asksForSpheres;
+        const bool spheres =
+            geometry == Geometry::Spheres || tool.prefersSpheres || obstacles[obstacle].part.prefersSpheres;
         return hasMeshes(obstacle) && !(spheres && hasSpheres(obstacle));
     }
 
-    Vec3 p_TC() const { return toolSurface ? toolSurface->extent.center : tool->center(); }
-    double reach() const { return toolSurface ? toolSurface->extent.reach : tool->reach(); }  ///< ρ, mm
-};
+    /// Friction between tool and obstacle, by their materials and with these settings.
+    Friction friction(std::size_t obstacle) const {
+        return frictionBetween(tool.material, obstacles[obstacle].part.material);
+    }
+    Friction friction(std::size_t obstacle, const Settings& settings) const;
 
-inline bool World::hasSpheres() const {
-    for (std::size_t k = 0; k < obstacles.size(); ++k)
-        if (!hasSpheres(k)) return false;
-    return true;
-}
+    Vec3 p_TC() const { return tool.center(); }
+    double reach() const { return tool.reach(); }  ///< ρ, mm
+};
 
 }  // namespace touchstone

@@ -9,7 +9,7 @@ namespace touchstone {
 using Vec3 = Eigen::Vector3d;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Mat3 = Eigen::Matrix3d;
-using Quat = Eigen::Quaterniond;
+using Quat = Eigen::Quaternion<double, Eigen::DontAlign>;
 
 /// Upper bound on the coordinates of bodies and poses, mm: one kilometer. There a double still resolves 1e-10 mm and a
 /// float 0.06 mm. A larger coordinate is an error of its source (Pose::isValid).

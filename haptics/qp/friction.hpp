@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "haptics/math/rigid.hpp"
+#include "haptics/qp/solver_values.hpp"
 
 namespace touchstone {
 
@@ -39,16 +40,6 @@ struct FrictionProblem {
     std::span<const FrictionContact> contacts;
 };
 
-/// How far forces and increment are from the law, recomputed from their definitions.
-struct CoulombResiduals {
-    double balance_N = 0;           ///< |G(x - h) - Σ (f, r x f)|, torque divided by the lever sqrt(k_r/k_t)
-    double overlap_mm = 0;          ///< max(0, -s_i)
-    double cone_N = 0;              ///< max(0, |f_t| - µ f_n, -f_n)
-    double complementarity_mJ = 0;  ///< max |f_n s|
-    double direction_mJ = 0;        ///< max µ f_n |u| + f_t·u: 0 where friction is greatest and opposes the slip
-    double dissipation_mJ = 0;      ///< -Σ f_t·u: the heat of the tick, >= 0
-    double worst_N() const { return balance_N > cone_N ? balance_N : cone_N; }
-};
 /// Pre: one force for each contact.
 CoulombResiduals coulombResiduals(const FrictionProblem& problem, const Vec6& x, std::span<const Vec3> forces);
 

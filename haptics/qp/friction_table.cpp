@@ -12,7 +12,7 @@ namespace touchstone {
 std::span<const FrictionSolverInfo> frictionSolverTable() {
     using Made = std::unique_ptr<FrictionSolver>;
     static constexpr FrictionSolverInfo kTable[] = {
-        {"cone-newton", "Coulomb's law to rounding: Newton's method in the six unknowns of the pose.", true,
+        {kExactFrictionSolver, "Coulomb's law to rounding: Newton's method in the six unknowns of the pose.", true,
          [](int capacity) -> Made { return std::make_unique<ConeNewton>(capacity); }},
         {"lemke-4",
          "A linear complementarity problem with four facets for each cone, by Lemke's method.",
@@ -43,11 +43,11 @@ std::span<const FrictionSolverInfo> frictionSolverTable() {
     return kTable;
 }
 
-int findFrictionSolver(std::string_view name) {
+const FrictionSolverInfo* findFrictionSolver(std::string_view name) {
     const auto table = frictionSolverTable();
     const auto found =
         std::find_if(table.begin(), table.end(), [&](const FrictionSolverInfo& info) { return info.name == name; });
-    return found == table.end() ? -1 : int(found - table.begin());
+    return found == table.end() ? nullptr : &*found;
 }
 
 }  // namespace touchstone

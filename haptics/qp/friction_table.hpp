@@ -26,7 +26,7 @@ struct FrictionSolverInfo {
 
 /// The solvers in the order in which users see them. The first one renders; the others are baselines to compare with.
 std::span<const FrictionSolverInfo> frictionSolverTable();
-/// Index into frictionSolverTable(), or -1.
-int findFrictionSolver(std::string_view name);
+/// Row of frictionSolverTable(), or null.
+const FrictionSolverInfo* findFrictionSolver(std::string_view name);
 
 }  // namespace touchstone

@@ -7,6 +7,7 @@
 
 #include "haptics/math/aligned.hpp"
 #include "haptics/math/rigid.hpp"
+#include "haptics/qp/solver_values.hpp"
 
 namespace touchstone {
 
@@ -51,22 +52,6 @@ struct QpProblem {
     Vec6 stiffness = Vec6::Ones();  ///< diagonal of G: three N/mm, three mN·m/rad; positive
     Vec6 wanted = Vec6::Zero();     ///< h: mm, rad
     const RowSet* rows = nullptr;
-};
-
-enum class SolveStatus : std::uint8_t {
-    Solved,
-    Elastic,         ///< the rows contradict each other; the answer solves the softened problem
-    IterationLimit,  ///< the work limit ended the solve; the answer is the iterate
-    Invalid,         ///< the problem has NaN or infinity, or the solver has no finite answer; x = 0
-};
-const char* name(SolveStatus status);
-
-/// How far (x, y) is from the Karush-Kuhn-Tucker conditions.
-struct KktResiduals {
-    double primal_mm = 0;           ///< max(0, -s_i)
-    double dual_N = 0;              ///< max(0, -y_i)
-    double stationarity_N = 0;      ///< |G(x-h) - J'y| with its torque part divided by the lever sqrt(k_r/k_t)
-    double complementarity_mJ = 0;  ///< max |y_i s_i|
 };
 
 /// The difference between the wrenches on the hand of two answers to the same problem.

@@ -2,14 +2,9 @@
 // Removes redundant rows before an approximate solver, whose time grows with each row.
 #include "haptics/math/aligned.hpp"
 #include "haptics/qp/problem.hpp"
+#include "haptics/qp/solver_values.hpp"
 
 namespace touchstone {
-
-enum class Screening : std::uint8_t {
-    None,
-    Screen,   ///< removes rows that another row implies everywhere in the trust ball: exact if the answer lies in it
-    Cluster,  ///< removes rows with nearly the direction of a row with a smaller gap: fewer rows remain; not exact
-};
 
 /// In coordinates a = (n, (r x n)/ρ), in which |(δp, ρδθ)| <= t is the trust ball, row k implies row i if
 /// g_i - g_k >= |a_i - a_k| t. Row i belongs to the cluster of row k if cos(a_i, a_k) >= kCosine and g_i >= g_k. The

@@ -67,8 +67,7 @@ std::span<const SolverInfo> solverTable();
 inline bool isUsable(const SolverInfo& info) { return !info.roundTrip || info.roundTrip().trouble.empty(); }
 /// Appends a solver that the core does not know. Only at the start of a program, before it reads the table.
 void addSolver(const SolverInfo& info);
-/// Index into solverTable(), or -1.
-int findSolver(std::string_view name);
-inline constexpr int kExactSolver = 0;
+/// Row of solverTable(), or null.
+const SolverInfo* findSolver(std::string_view name);
 
 }  // namespace touchstone

@@ -14,7 +14,7 @@ constexpr std::size_t kMostSolvers = 8;
 
 struct Table {
     std::array<SolverInfo, kMostSolvers> rows{{
-        {"dual-active-set",
+        {kExactSolver,
          "Exact to rounding, in a few microseconds: a dual active-set method specialized to six unknowns.", true,
          makeDualActiveSet},
         {"pqp",
@@ -37,11 +37,11 @@ std::span<const SolverInfo> solverTable() { return {table().rows.data(), table()
 
 void addSolver(const SolverInfo& info) { table().rows.at(table().size++) = info; }
 
-int findSolver(std::string_view name) {
+const SolverInfo* findSolver(std::string_view name) {
     const auto solvers = solverTable();
     const auto found =
         std::find_if(solvers.begin(), solvers.end(), [&](const SolverInfo& info) { return info.name == name; });
-    return found == solvers.end() ? -1 : int(found - solvers.begin());
+    return found == solvers.end() ? nullptr : &*found;
 }
 
 }  // namespace touchstone

@@ -268,7 +268,7 @@ MeshReferenceAnswer MeshReference::solve(const MeshReferenceProblem& problem) co
     Pose q{problem.X_WT_start * impl_->p_TC, problem.X_WT_start.q};
     Vec6 G;
     G << Vec3::Constant(problem.stiffness), Vec3::Constant(problem.torsion);
-    const auto solver = solverTable()[kExactSolver].make(kRows);
+    const auto solver = findSolver(kExactSolver)->make(kRows);
     RowSet rows(kRows);
     NearPairs nearPairs(*impl_, options.margin);
     std::vector<Contact> contacts;

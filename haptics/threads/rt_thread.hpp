@@ -1,24 +1,11 @@
 #pragma once
 // Real-time threads: priority, pacing and clocks.
 #include <cstdint>
-#include <string>
 
+#include "haptics/threads/real_time.hpp"
 #include "haptics/threads/stage_clock.hpp"
 
 namespace touchstone {
-
-struct RealTimeOptions {
-    bool raise = true;  ///< request SCHED_FIFO and locked memory
-    int priority = 80;  ///< of SCHED_FIFO, 1 to 99
-    int cpu = -1;       ///< processor to which the thread is pinned; -1: any
-};
-
-struct RealTimeStatus {
-    bool scheduled = false;  ///< the thread runs under SCHED_FIFO
-    bool locked = false;     ///< the process's memory stays in RAM
-    bool pinned = false;     ///< the thread is pinned to the requested processor
-    std::string message;     ///< one sentence with the remedy if a request was refused; otherwise empty
-};
 
 /// Makes the calling thread a real-time thread as far as the system permits. It never fails; the status reports what
 /// was refused.

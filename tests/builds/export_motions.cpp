@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "haptics/builder/tree_file.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
@@ -44,7 +45,7 @@ void exportCase(const fs::path& scenes, const fs::path& out, const std::string& 
     options.adjust = [&](const Settings& ofScene) {
         Settings settings = mode == "paper" ? sandbox::withMode(ofScene, Mode::Paper) : ofScene;
         if (!geometry.empty()) setSetting(settings, "geometry", geometry);
-        settings.shadow = -1;
+        settings.shadow = kNoSolver;
         return settings;
     };
     const sandbox::HapticScene opened = sandbox::openScene(file, options);
@@ -54,16 +55,20 @@ void exportCase(const fs::path& scenes, const fs::path& out, const std::string& 
     MotionCase all;
     const fs::path folder = out / name;
     fs::create_directories(folder);
-    all.parts.push_back(
-        partOf(opened, opened.roles.tool, world.tool.get(), world.toolSurface != nullptr, folder / "0.spheres"));
-    all.parts[0].asksForSpheres = world.toolAsksForSpheres;
+    all.parts.push_back(partOf(opened, opened.roles.tool, world.tool.spheres.get(), world.tool.surface != nullptr,
+                               folder / "0.spheres"));
+    const auto touch = [](MotionPart& written, const Part& part) {
+        written.prefersSpheres = part.prefersSpheres;
+        written.rubs = part.material.has_value();
+        written.material = part.material.value_or(Material{});
+    };
+    touch(all.parts[0], world.tool);
     all.parts[0].X_WO = world.X_WT_start;
     for (std::size_t k = 0; k < world.obstacles.size(); ++k) {
         const Obstacle& obstacle = world.obstacles[k];
-        all.parts.push_back(partOf(opened, opened.roles.obstacles[k], obstacle.tree.get(), obstacle.surface != nullptr,
-                                   folder / (std::to_string(k + 1) + ".spheres")));
-        all.parts.back().asksForSpheres = obstacle.asksForSpheres;
-        all.parts.back().friction = obstacle.friction;
+        all.parts.push_back(partOf(opened, opened.roles.obstacles[k], obstacle.part.spheres.get(),
+                                   obstacle.part.surface != nullptr, folder / (std::to_string(k + 1) + ".spheres")));
+        touch(all.parts.back(), obstacle.part);
         all.parts.back().X_WO = obstacle.X_WO;
     }
     for (const SettingInfo& info : settingTable())

@@ -11,15 +11,16 @@
 #include "haptics/builder/triangle_mesh.hpp"
 #include "haptics/loop/world.hpp"
 #include "haptics/math/hash.hpp"
+#include "haptics/surface/surface.hpp"
 
 namespace touchstone::builds {
 
 /// A part of a world. Its sphere tree is the file NAME.spheres beside the case, NAME being its number; 0 is the tool.
 struct MotionPart {
     TriangleMesh mesh;  ///< mm, in the node's frame
-    bool byMesh = false, bySpheres = false, asksForSpheres = false;
-    Friction friction;
-    Pose X_WO;  ///< of the tool: where it starts
+    bool byMesh = false, bySpheres = false, prefersSpheres = false, rubs = false;
+    Material material;  ///< if it rubs
+    Pose X_WO;          ///< of the tool: where it starts
 };
 
 struct MotionCase {
@@ -46,8 +47,9 @@ class CaseStream {
             size(part.mesh.triangles);
             for (auto& triangle : part.mesh.triangles)
                 for (auto& corner : triangle) number(corner);
-            number(part.mesh.grid), number(part.byMesh), number(part.bySpheres), number(part.asksForSpheres);
-            number(part.friction.atRest), number(part.friction.sliding);
+            number(part.mesh.grid), number(part.byMesh), number(part.bySpheres), number(part.prefersSpheres);
+            number(part.rubs), number(part.material.rule);
+            number(part.material.friction.atRest), number(part.material.friction.sliding);
             pose(part.X_WO);
         }
         size(all.settings);
@@ -98,7 +100,9 @@ inline MotionCase readCase(const std::filesystem::path& file) {
 /// Of what the ticks read from the parts: the features of their meshes and the leaves of their trees.
 inline std::uint64_t worldHash(const World& world) {
     Hash hash;
-    const auto add = [&](const Surface* surface, const SphereTree* tree) {
+    const auto add = [&](const Part& part) {
+        const Surface* const surface = part.surface.get();
+        const SphereTree* const tree = part.spheres.get();
         if (surface) {
             for (const Vec3& point : surface->features.points) hash.add(point.data(), 3 * sizeof(double));
             for (const auto& face : surface->features.faces) hash.add(face.normal.data(), 3 * sizeof(double));
@@ -108,8 +112,8 @@ inline std::uint64_t worldHash(const World& world) {
         if (tree)
             for (int i = 0; i < tree->leafCount(); ++i) hash.add(tree->leaf(i).center().data(), 3 * sizeof(double));
     };
-    add(world.toolSurface.get(), world.tool.get());
-    for (const Obstacle& obstacle : world.obstacles) add(obstacle.surface.get(), obstacle.tree.get());
+    add(world.tool);
+    for (const Obstacle& obstacle : world.obstacles) add(obstacle.part);
     return hash.value();
 }
 

@@ -81,14 +81,14 @@ World worldOf(const MotionCase& all, const fs::path& folder) {
         std::shared_ptr<const SphereTree> tree;
         if (part.bySpheres)
             tree = std::make_shared<const SphereTree>(loadTree(folder / (std::to_string(i) + ".spheres")));
+        Part made{surface, tree, part.prefersSpheres, {}};
+        if (part.rubs) made.material = part.material;
         if (i > 0) {
-            world.obstacles.push_back({"obstacle", tree, part.X_WO, surface, part.asksForSpheres, part.friction});
+            world.obstacles.push_back({"obstacle", std::move(made), part.X_WO});
             continue;
         }
-        world.tool = tree;
-        world.toolSurface = surface;
+        world.tool = std::move(made);
         world.X_WT_start = part.X_WO;
-        world.toolAsksForSpheres = part.asksForSpheres;
     }
     return world;
 }
@@ -109,12 +109,12 @@ void stepCase(const fs::path& cases, const fs::path& out, const fs::path& result
     const World world = worldOf(all, cases / name);
     const Settings settings = settingsOf(all);
     std::ofstream ticks(out / (name + ".ticks"), std::ios::binary);
-    StepState state(world);
+    TickState state(world);
     state.reset(all.device.at(0));  // as the program does
     std::uint64_t hash = 0;
     for (std::size_t i = 0; i < all.device.size(); ++i) {
         tickNow = std::int32_t(i);
-        const TickRecord r = step(world, settings, {all.device[i]}, state, {}, true);
+        const TickRecord r = step(world, settings, {all.device[i]}, state, {.audit = true});
         hash = i == 0 ? hashTick(r) : hashTick(r, hash);
         double row[13];
         std::copy_n(r.X_WT.p.data(), 3, row);

@@ -1,4 +1,5 @@
 // The loop with the fake service: what the hand feels.
+#include "haptics/device/device_table.hpp"
 #include "haptics/loop/haptic_loop.hpp"
 #include "haptics/sandbox/devices/inverse3.hpp"
 #include "tests/support/arm_matrix.hpp"

@@ -1,6 +1,8 @@
 // Tests the driver against a fake of Haply's service, in normal operation and for each fault.
 #include "haptics/sandbox/devices/inverse3.hpp"
 
+#include "haptics/device/device_table.hpp"
+#include "haptics/hands/hand_table.hpp"
 #include "haptics/sandbox/devices/all_devices.hpp"
 #include "haptics/sandbox/devices/inverse_link.hpp"
 #include "tests/support/arm_matrix.hpp"
@@ -152,11 +154,12 @@ TEST_CASE("inverse3: unknown options are refused by name", "[device]") {
 
 TEST_CASE("inverse3: the program's table has the core's devices and this one, by name", "[device]") {
     const auto all = allDevices();
-    CHECK(all.size() == deviceTable().size() + 1);
+    CHECK(all.size() == deviceTable().size() + handTable().size() + 1);
     CHECK(std::is_sorted(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.name < b.name; }));
-    for (const DeviceInfo& device : deviceTable()) CHECK(findDevice(device.name, all));
+    for (const auto table : {deviceTable(), handTable()})
+        for (const DeviceInfo& device : table) CHECK(findDevice(device.name, all));
     REQUIRE(findDevice("inverse3", all));
-    CHECK_FALSE(findDevice("inverse3"));
+    CHECK_FALSE(findDevice("inverse3", deviceTable()));
     CHECK_THAT(std::string(findDevice("inverse3", all)->summary), Contains("force only"));
 }
 

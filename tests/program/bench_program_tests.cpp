@@ -71,9 +71,9 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
         CHECK(row.at("samples").get<int>() + row.at("samples_lost").get<int>() == 3);
         CHECK(row.at("valid").get<bool>() == row.at("why").get<std::string>().empty());
         CHECK(row.at("valid").get<bool>() == row.at("step_p50_us").is_number());
-        const int solver = findSolver(row.at("solver").get<std::string>());
-        REQUIRE(solver >= 0);
-        if (!solverTable()[static_cast<std::size_t>(solver)].exact || row.at("mode") == "paper") continue;
+        const SolverInfo* solver = findSolver(row.at("solver").get<std::string>());
+        REQUIRE(solver);
+        if (!solver->exact || row.at("mode") == "paper") continue;
         CHECK(row.at("valid") == true);
         CHECK(row.at("runs") >= 1);  // of at most 3: a slow machine times slow cases less often
         CHECK(row.at("runs") <= 3);
@@ -283,10 +283,10 @@ TEST_CASE("bench: the friction solvers are measured on the same contacts, with t
             CHECK(number("missing_share") < 0.02);
         }
         if (flat) continue;  // nothing slides there, so all laws agree
-        const bool faceted = name.starts_with("lemke"), relaxed = name.starts_with("convex");
+        const FrictionLaw& law = findFrictionSolver(name)->law;
         if (!row.at("error_max_N").empty() && number("missing_share") < 0.5)
-            CHECK((number("error_max_N") > 0.01) == (faceted || relaxed));
-        if (relaxed) CHECK(number("hover_max_mm") > 1e-3);
+            CHECK((number("error_max_N") > 0.01) == (law.facets > 0));
+        if (law.hovers) CHECK(number("hover_max_mm") > 1e-3);
     }
     // The part of the docs that shows it.
     fs::create_directory(touchstone.file("docs"));

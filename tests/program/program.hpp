@@ -54,7 +54,7 @@ class Program {
 };
 
 /// The names of the program's exact solver, and of the solvers of the table that are exact or approximate.
-inline const std::string kExactName{solverTable()[kExactSolver].name};
+inline const std::string kExactName{kExactSolver};
 inline std::vector<std::string> solverNames(bool exact) {
     std::vector<std::string> names;
     for (const SolverInfo& solver : solverTable())

@@ -49,7 +49,7 @@ std::vector<Turned> nutTicks(const sandbox::HapticScene& scene, const char* moti
                          record.X_WT_device, std::exchange(before, record.X_WT)});
     };
     Settings settings = scene.settings;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     sandbox::runHeadless(scene, settings, options);
     REQUIRE(deepest == 0);
     return ticks;

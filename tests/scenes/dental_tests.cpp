@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 #include "tests/scenes/scene_files.hpp"
@@ -31,9 +32,9 @@ TEST_CASE("dental: the probe reads the depth of the pocket", "[scenes][slow]") {
     // leans by less than 8°, so its ball of 0.25 mm touches first at a point off the axis.
     double out = scene.settings.contactDistance;
     if (geometry == Geometry::Spheres) {
-        out = scene.world->tool->certificate.protrusion;
+        out = scene.world->tool.spheres->certificate.protrusion;
         for (const Obstacle& obstacle : scene.world->obstacles)
-            if (obstacle.name == "gum") out += obstacle.tree->certificate.protrusion;
+            if (obstacle.name == "gum") out += obstacle.part.spheres->certificate.protrusion;
     }
     CHECK(out <= 0.03);
     CHECK(report.depth.deepest <= pocket.depth + 0.001);

@@ -64,7 +64,7 @@ TEST_CASE("error split: the error of sliding bunnies comes from the protrusion o
     const MeshReference reference = sandbox::meshReferenceOf(scene);
     Settings settings = scene.settings;
     settings.geometry = Geometry::Spheres;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     const double seconds = GENERATE(0.3, 0.5, 0.9);
     INFO("at " << seconds << " s");
     const auto [before, now] = slideTo(scene, settings, seconds);
@@ -73,8 +73,8 @@ TEST_CASE("error split: the error of sliding bunnies comes from the protrusion o
     CHECK(split.converged);
     CHECK(split.truth.gap == Approx(1e-3).margin(1e-5));  // loaded features are at the shell distance
     // Where two leaves touch, each surface is no further away than the protrusion of its leaves.
-    const double protrusion =
-        scene.world->tool->certificate.protrusion + scene.world->obstacles.front().tree->certificate.protrusion;
+    const double protrusion = scene.world->tool.spheres->certificate.protrusion +
+                              scene.world->obstacles.front().part.spheres->certificate.protrusion;
     CHECK(reference.clearance(now.X_WT, 2) <= protrusion + now.hover + 1e-6);
     // The same tick again, with new lists, gives the same answer.
     CHECK(split.solver.force < 1e-9);
@@ -92,8 +92,8 @@ TEST_CASE("error split: the error of a coarse solver is its own share", "[refere
     const MeshReference reference = sandbox::meshReferenceOf(scene);
     Settings coarse = scene.settings;
     coarse.geometry = Geometry::Spheres;
-    coarse.shadow = -1;
-    coarse.solver = findSolver("pqp");
+    coarse.shadow = kNoSolver;
+    coarse.solver = "pqp";
     coarse.tolerance = 1;
     coarse.adaptiveMargin = false;  // otherwise the solver gets only the one or two rows that matter
     const auto [before, now] = slideTo(scene, coarse, 0.5);
@@ -110,7 +110,7 @@ TEST_CASE("error split: between meshes the geometry's share is the contact dista
     const MeshReference reference = sandbox::meshReferenceOf(scene, options);
     Settings settings = scene.settings;
     settings.geometry = Geometry::Mesh;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     // The tool is held off by δ less the shell along the normals of its contacts, so that the error is proportional.
     const double seconds = GENERATE(0.3, 0.5, 0.9);
     std::vector<double> forces;
@@ -139,7 +139,7 @@ TEST_CASE("error split: bunnies push back by their meshes as the reference does,
     const sandbox::HapticScene scene = openBunnies();
     const MeshReference reference = sandbox::meshReferenceOf(scene);
     Settings settings = scene.settings;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     const std::vector<TickRecord> ticks = ticksOf("demo", scene, settings);
     Errors errors(scene, settings, reference, ticks);
     CAPTURE(*percentile(errors.all, 99), *percentile(errors.forces, 99), *percentile(errors.torques, 99));
@@ -179,7 +179,7 @@ TEST_CASE("error split: at the same distance from their meshes 99 of 100 ticks t
           "[reference][long]") {
     const sandbox::HapticScene scene = openBunnies();
     Settings settings = scene.settings;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     settings.contactDistance = GENERATE(2e-3, 5e-4);
     MeshReferenceOptions options;
     options.shell = settings.contactDistance;
@@ -194,7 +194,7 @@ TEST_CASE("error split: where a vertex slips off an edge, the force changes less
     const sandbox::HapticScene scene = openBunnies();
     const MeshReference reference = sandbox::meshReferenceOf(scene);
     Settings settings = scene.settings;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     const std::vector<TickRecord> ticks = ticksOf("demo:hard-01-slide", scene, settings);
     const auto change = [&](std::size_t i) { return (ticks[i].wrench_C.force - ticks[i - 1].wrench_C.force).norm(); };
     std::size_t most = 2;
@@ -212,7 +212,7 @@ TEST_CASE("error split: with four times the travel budget 99 of 100 ticks of the
           "[reference][long]") {
     const sandbox::HapticScene scene = openBunnies();
     Settings settings = scene.settings;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     settings.travelBudget *= 4;
     Errors errors(scene, settings, sandbox::meshReferenceOf(scene), ticksOf("demo", scene, settings));
     CHECK(*percentile(errors.all, 99) < 0.1);

@@ -24,7 +24,7 @@ Feet follow(const std::filesystem::path& file, const std::vector<std::string>& p
     const sandbox::HapticScene scene = openBundled(file);
     REQUIRE(scene.world);
     Settings settings = sandbox::withGeometry(scene.settings, Geometry::Mesh);
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     const FeetJudge judge(*scene.world);
     Feet feet;
     for (const NamedMotion& motion : scene.motions) {
@@ -33,7 +33,7 @@ Feet follow(const std::filesystem::path& file, const std::vector<std::string>& p
             continue;
         TickDriver driver(
             std::make_unique<Session>(scene.world, settings, std::make_unique<MotionDevice>(motion.motion)));
-        const StepState& state = driver.session().state;
+        const TickState& state = driver.session().state;
         while (!driver.finished()) {
             const TickRecord record = driver.tick();
             if (FeetJudge::carriers(record, state).empty()) continue;

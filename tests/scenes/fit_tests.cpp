@@ -1,6 +1,7 @@
 // Whether the tool fits is measured, and told with its cause and the settings to take.
 #include <catch2/catch.hpp>
 
+#include "haptics/loop/distances.hpp"
 #include "haptics/sandbox/measure/fit_check.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "tests/scenes/scene_files.hpp"
@@ -110,7 +111,7 @@ TEST_CASE("fit: a contact distance or sphere trees that take the clearance are t
     options.adjust = [&](const Settings& settings) {
         spheres = settings;
         spheres.geometry = Geometry::Spheres;
-        spheres.shadow = -1;
+        spheres.shadow = kNoSolver;
         return spheres;
     };
     const HapticScene leaves = openScene(app::makePeg(coarse), options);

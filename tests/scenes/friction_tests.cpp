@@ -29,13 +29,13 @@ sandbox::HapticScene openNamed(const std::string& name) {
 }
 
 Settings alone(Settings settings) {
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     return settings;
 }
 
 /// The same world with other coefficients of friction.
 World withFriction(World world, const Friction& friction) {
-    for (Obstacle& obstacle : world.obstacles) obstacle.friction = friction;
+    test::rub(world, friction);
     return world;
 }
 
@@ -58,7 +58,7 @@ double boundary(double holds, double fails, double width, const std::function<bo
 TEST_CASE("incline: the block breaks away at the coefficient at rest, slides against the other, and does not creep",
           "[scenes][friction]") {
     const sandbox::HapticScene scene = openNamed("incline");
-    REQUIRE(scene.world->obstacles[0].friction == Friction{0.5, 0.4});
+    REQUIRE(scene.world->friction(0) == Friction{0.5, 0.4});
     const Pose plane = scene.world->obstacles[0].X_WO;
     const Vec3 up = plane.q * Vec3::UnitX(), normal = plane.q * Vec3::UnitY();
     struct Tick {
@@ -115,7 +115,7 @@ namespace {
 /// Returns how far it comes out while the pull rises from 3 to 6 N, mm.
 double pulledOut(const World& world, const Settings& settings, double beside, double& pull) {
     const app::DrawerFit fit;
-    StepState state(world);
+    TickState state(world);
     // The hand turns the drawer until opposite corners touch, and a little further, so that they stay.
     const double touch = 1e-3, turn = fit.tilt();
     TickRecord record;
@@ -147,7 +147,8 @@ TEST_CASE("drawer: it jams if it is pulled further off its center than the engag
           "[scenes][friction]") {
     const sandbox::HapticScene scene = openNamed("drawer");
     REQUIRE(scene.world->obstacles.size() == 3);
-    for (const Obstacle& obstacle : scene.world->obstacles) CHECK(obstacle.friction == Friction{0.6, 0.5});
+    for (std::size_t k = 0; k < scene.world->obstacles.size(); ++k)
+        CHECK(scene.world->friction(k) == Friction{0.6, 0.5});
     const Settings settings = alone(scene.settings);
     // The rows keep the corners this much nearer to the drawer than the rails are.
     app::DrawerFit fit;
@@ -205,7 +206,7 @@ double turnOfNut(const sandbox::HapticScene& scene, double mu) {
     world.X_WT_start = {{0, height, 0}, aboutY(2 * kPi * height / fit.pitch)};
     Settings settings = alone(scene.settings);
     settings.torsion = 50;
-    StepState state(world);
+    TickState state(world);
     TickRecord record;
     record.X_WT = world.X_WT_start;
     const double start = angleAboutY(record.X_WT.q);
@@ -377,7 +378,7 @@ TEST_CASE("hard: hands that shake a block on an incline and a drawer in its rail
         WanderingHand hand(seed, world.reach() / 2, [&](std::mt19937& engine) {
             return scene.demonstration->at(std::uniform_real_distribution<double>(0, duration)(engine));
         });
-        StepState state(world);
+        TickState state(world);
         for (int tick = 0; tick < 5000; ++tick) {
             const TickRecord record = step(world, settings, {hand.next()}, state);
             CAPTURE(seed, tick, record.flags);

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptics/device/held_motion.hpp"
+#include "haptics/hands/held_motion.hpp"
+#include "haptics/loop/distances.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/loop/tick_driver.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
@@ -22,7 +24,7 @@ sandbox::HapticScene open(const std::string& name, Geometry geometry) {
 
 Settings exactAlone(const sandbox::HapticScene& scene, Geometry geometry) {
     Settings settings = sandbox::withGeometry(scene.settings, geometry);
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     return settings;
 }
 

@@ -1,6 +1,7 @@
 // The motions of the published experiments agree with their figures.
 #include <catch2/catch.hpp>
 
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 #include "tests/scenes/scene_files.hpp"
@@ -15,7 +16,7 @@ std::vector<TickRecord> ticksOf(const char* name, const char* motion, Mode mode,
         test::openBundled(std::string(TOUCHSTONE_BINARY_DIR "/scenes/") + name + ".glb", geometry == Geometry::Spheres);
     Settings settings = sandbox::withGeometry(sandbox::withMode(scene.settings, mode), geometry);
     settings.solver = kExactSolver;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     sandbox::HeadlessOptions options;
     options.device = std::string("demo:") + motion;
     options.timing = false;

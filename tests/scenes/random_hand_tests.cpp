@@ -33,7 +33,7 @@ double play(const sandbox::HapticScene& scene, const Plan& plan) {
         return scene.demonstration->at(std::uniform_real_distribution<double>(0, duration)(engine));
     });
     Random random(plan.seed + 1000);
-    StepState state(world);
+    TickState state(world);
     std::vector<Pose> targets;
     if (plan.moving)
         for (const Obstacle& obstacle : world.obstacles) targets.push_back(obstacle.X_WO);
@@ -48,14 +48,14 @@ double play(const sandbox::HapticScene& scene, const Plan& plan) {
                 targets[k] = Pose{0.8 * random.vector(), expRotation(0.03 * random.vector())} * world.obstacles[k].X_WO;
         const bool bySpheres = plan.swapping && tick % 230 >= 180;
         Settings settings = sandbox::withGeometry(scene.settings, bySpheres ? Geometry::Spheres : Geometry::Mesh);
-        settings.shadow = -1;
+        settings.shadow = kNoSolver;
         const Pose before = state.obstacles()[0], device = hand.next();
         const double began = threadCpuMicroseconds();
-        const TickRecord record = step(world, settings, {.X_WT_device = device, .X_WO = targets}, state);
+        const TickRecord record = step(world, settings, {device, state.nextMove(targets)}, state);
         longestMs = std::max(longestMs, 1e-3 * (threadCpuMicroseconds() - began));
-        tests = std::max(tests, state.searches().spent());
-        shortened += state.searches().isShortened();
-        if (!bySpheres) REQUIRE(state.searches().spent() <= mostTests);
+        tests = std::max(tests, searches(state).spent());
+        shortened += searches(state).isShortened();
+        if (!bySpheres) REQUIRE(searches(state).spent() <= mostTests);
         CAPTURE(plan.seed, plan.moving, bySpheres, tick, record.flags, record.linearisations);
         REQUIRE((record.flags & (kNonFinite | kListOverflow | kOverlapping | kBadInput)) == 0);
         REQUIRE((record.X_WT.isFinite() && record.wrench_C.isFinite()));

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/scene/gltf_write.hpp"
+#include "haptics/loop/distances.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 #include "tests/scenes/scene_files.hpp"

@@ -50,8 +50,7 @@ HapticScene blockedScene(const std::string& name, double depth, double turned) {
     World world = *scene.world;
     const GoalRegion& goal = *scene.roles.goal;
     const double length = 2 * (goal.depth + goal.X_WT.p.y());  // the tool's origin is its center
-    world.obstacles.push_back(
-        {"plug", world.tool, {{0, -depth - length / 2, 0}, expRotation({0, turned, 0})}, world.toolSurface});
+    world.obstacles.push_back({"plug", world.tool, {{0, -depth - length / 2, 0}, expRotation({0, turned, 0})}});
     scene.world = std::make_shared<World>(world);
     return scene;
 }

@@ -24,16 +24,16 @@ class FeetJudge {
     explicit FeetJudge(const World& world) : world_(&world) {}
 
     /// The pairs of meshes that carry force at the end of a tick.
-    static std::vector<std::uint64_t> carriers(const TickRecord& record, const StepState& state) {
+    static std::vector<std::uint64_t> carriers(const TickRecord& record, const TickState& state) {
         const auto touching = record.touching.span();
         std::vector<std::uint64_t> ids(touching.begin(), touching.end());
-        for (const ContactForce& contact : state.frictionContacts()) ids.push_back(contact.id);
+        for (const ContactForce& contact : frictionContacts(state)) ids.push_back(contact.id);
         return ids;
     }
 
     /// The row with force at the end of a tick that stands farthest beside its features, if by more than kStands
     /// and with no other pair of features that has the same feet and the same normal.
-    Miss worst(const TickRecord& record, const StepState& state) const {
+    Miss worst(const TickRecord& record, const TickState& state) const {
         Miss worst;
         for (const std::uint64_t id : carriers(record, state)) {
             const Stand stand = standOf(record.X_WT, state.obstacles(), id);
@@ -82,8 +82,8 @@ class FeetJudge {
     }
 
     Stand standOf(const Pose& X_WT, std::span<const Pose> X_WO, std::uint64_t id) const {
-        const SurfaceFeatures &tool = world_->toolSurface->features,
-                              &obstacle = world_->obstacles[std::size_t(obstacleOf(id))].surface->features;
+        const SurfaceFeatures &tool = world_->tool.surface->features,
+                              &obstacle = world_->obstacles[std::size_t(obstacleOf(id))].part.surface->features;
         const Pose& X = X_WO[std::size_t(obstacleOf(id))];
         const int ours = featureOf(toolLeafOf(id)), other = obstacleLeafOf(id);
         switch (kindOf(toolLeafOf(id))) {
@@ -121,11 +121,11 @@ class FeetJudge {
                    (other.onObstacle - stand.onObstacle).norm() <= kSameFoot &&
                    other.normal.cross(stand.normal).norm() <= kSameNormal && other.normal.dot(stand.normal) > 0;
         };
-        const SurfaceFeatures& tool = world_->toolSurface->features;
+        const SurfaceFeatures& tool = world_->tool.surface->features;
         const Near ours(tool, X_WT, stand.onTool);
         for (std::size_t k = 0; k < world_->obstacles.size(); ++k) {
-            if (!world_->obstacles[k].surface) continue;
-            const SurfaceFeatures& obstacle = world_->obstacles[k].surface->features;
+            if (!world_->obstacles[k].part.surface) continue;
+            const SurfaceFeatures& obstacle = world_->obstacles[k].part.surface->features;
             const Near others(obstacle, X_WO[k], stand.onObstacle);
             for (const int v : ours.vertices)
                 for (const int f : others.faces)

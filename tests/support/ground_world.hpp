@@ -1,5 +1,6 @@
 #pragma once
 // A world with a known contact.
+#include "haptics/collision/sphere_tree.hpp"
 #include "haptics/loop/world.hpp"
 
 namespace touchstone::test {
@@ -8,9 +9,10 @@ namespace touchstone::test {
 /// 5 mm.
 inline std::shared_ptr<const World> groundBelow(const Vec3& up = Vec3::UnitY(), double height = 8) {
     World world;
-    world.tool = std::make_shared<SphereTree>(makeSphereTree({{-3, 0, 0, 5}, {3, 0, 0, 5}}));
-    world.obstacles.push_back(
-        {"ground", std::make_shared<SphereTree>(makeSphereTree({{0, 0, 0, 1000}})), {-1000 * up, Quat::Identity()}});
+    world.tool.spheres = std::make_shared<SphereTree>(makeSphereTree({{-3, 0, 0, 5}, {3, 0, 0, 5}}));
+    world.obstacles.push_back({"ground",
+                               {.spheres = std::make_shared<SphereTree>(makeSphereTree({{0, 0, 0, 1000}}))},
+                               {-1000 * up, Quat::Identity()}});
     world.X_WT_start.p = height * up;
     return std::make_shared<World>(world);
 }

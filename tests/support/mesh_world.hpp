@@ -13,8 +13,8 @@ inline Surface surfaceOf(const TriangleMesh& mesh) { return Surface(surfaceFeatu
 
 /// The world, whose tool and only obstacle get meshes besides their leaves.
 inline World withMeshes(World world, const TriangleMesh& tool, const TriangleMesh& obstacle) {
-    world.toolSurface = std::make_shared<const Surface>(surfaceOf(tool));
-    world.obstacles[0].surface = std::make_shared<const Surface>(surfaceOf(obstacle));
+    world.tool.surface = std::make_shared<const Surface>(surfaceOf(tool));
+    world.obstacles[0].part.surface = std::make_shared<const Surface>(surfaceOf(obstacle));
     return world;
 }
 
@@ -26,7 +26,7 @@ inline World meshWorld(const TriangleMesh& tool, const TriangleMesh& obstacle, c
 /// Whether meshes overlap, with the obstacles at X_WO.
 inline bool meshesOverlap(const World& world, const Pose& X_WT, std::span<const Pose> X_WO) {
     for (std::size_t k = 0; k < X_WO.size(); ++k)
-        if (overlap(*world.toolSurface, *world.obstacles[k].surface, X_WO[k].inverse() * X_WT)) return true;
+        if (overlap(*world.tool.surface, *world.obstacles[k].part.surface, X_WO[k].inverse() * X_WT)) return true;
     return false;
 }
 
@@ -34,7 +34,7 @@ inline bool meshesOverlap(const World& world, const Pose& X_WT, std::span<const 
 inline Settings settingsFor(Geometry geometry) {
     Settings settings;
     settings.geometry = geometry;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     return settings;
 }
 

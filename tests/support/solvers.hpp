@@ -1,5 +1,6 @@
 #pragma once
-// Indices into the solver table for tests that hold for a whole kind of solver, so that a new row needs no edit.
+// Names of the solver table for tests that hold for a whole kind of solver, so that a new row needs no edit.
+#include <string_view>
 #include <vector>
 
 #include "haptics/qp/solver.hpp"
@@ -7,18 +8,18 @@
 namespace touchstone::test {
 
 /// All rows of solverTable().
-inline std::vector<int> allSolvers() {
-    std::vector<int> indices;
-    for (int i = 0; i < static_cast<int>(solverTable().size()); ++i) indices.push_back(i);
-    return indices;
+inline std::vector<std::string_view> allSolvers() {
+    std::vector<std::string_view> names;
+    for (const SolverInfo& info : solverTable()) names.push_back(info.name);
+    return names;
 }
 
 /// The rows whose answers the tick projects onto the constraints.
-inline std::vector<int> approximateSolvers() {
-    std::vector<int> indices;
-    for (const int i : allSolvers())
-        if (!solverTable()[static_cast<std::size_t>(i)].exact) indices.push_back(i);
-    return indices;
+inline std::vector<std::string_view> approximateSolvers() {
+    std::vector<std::string_view> names;
+    for (const SolverInfo& info : solverTable())
+        if (!info.exact) names.push_back(info.name);
+    return names;
 }
 
 }  // namespace touchstone::test

@@ -4,6 +4,7 @@
 #include <memory>
 #include <random>
 
+#include "haptics/collision/sphere_tree.hpp"
 #include "haptics/loop/world.hpp"
 
 namespace touchstone::test {
@@ -43,9 +44,18 @@ inline Pose at(double x, double y, double z, const Vec3& rotation = Vec3::Zero()
     return {Vec3(x, y, z), expRotation(rotation)};
 }
 
+/// A part that is touched by these spheres.
+inline Part bySpheres(std::shared_ptr<const SphereTree> tree) { return {.spheres = std::move(tree)}; }
+
 inline World worldOf(std::shared_ptr<const SphereTree> tool, std::shared_ptr<const SphereTree> obstacle,
                      const Pose& start) {
-    return {std::move(tool), {{"obstacle", std::move(obstacle), {}}}, start};
+    return {bySpheres(std::move(tool)), {{"obstacle", bySpheres(std::move(obstacle))}}, start};
+}
+
+/// Gives all parts this material, so that every pair has this friction.
+inline void rub(World& world, const Friction& friction) {
+    world.tool.material = Material{friction};
+    for (Obstacle& obstacle : world.obstacles) obstacle.part.material = Material{friction};
 }
 
 }  // namespace touchstone::test

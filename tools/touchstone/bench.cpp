@@ -76,12 +76,9 @@ int bench(const BenchCommand& command) {
 
     ordered_json part = sandbox::buildInfo();
     part["shard"] = std::to_string(shard.k) + "/" + std::to_string(shard.n);
-    ordered_json results{{"suite", command.suite},
-                         {"quick", command.quick},
-                         {"planned", all.size()},
-                         {"parts", ordered_json::array({part})},
-                         {"exact_solver", solverTable()[kExactSolver].name},
-                         {"rows", ordered_json::array()},
+    ordered_json results{{"suite", command.suite},       {"quick", command.quick},
+                         {"planned", all.size()},        {"parts", ordered_json::array({part})},
+                         {"exact_solver", kExactSolver}, {"rows", ordered_json::array()},
                          {"qp", ordered_json::array()}};
     BenchEffort effort = command.quick ? kQuick : kFull;
     if (command.suite == "mesh") effort.samples = 0;

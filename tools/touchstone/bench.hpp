@@ -28,7 +28,7 @@ struct BenchCommand {
 struct BenchCase {
     std::string scene, motion;
     std::vector<std::string> parts = {};  ///< several motions, one after the other, that make up `motion`
-    std::string mode = "default", geometry = "spheres", solver{solverTable()[kExactSolver].name};
+    std::string mode = "default", geometry = "spheres", solver{kExactSolver};
     double tolerance = 0;    ///< as of --tolerance; 0: the solver is exact and has none
     int leaves = 0;          ///< of every part; 0: as the scene says
     int linearisations = 0;  ///< 0: as the scene says; paper mode has none
@@ -74,9 +74,9 @@ std::vector<BenchRow> measureCases(const sandbox::HapticScene& opened, std::span
 std::span<const int> qpRowCounts();
 std::vector<QpCost> measureQp(int rows, bool quick, bool gpu);
 
-/// The solvers that a sweep measures, as indices into solverTable(). Throws std::runtime_error with one sentence if
-/// this machine cannot use one of them.
-std::vector<int> benchSolvers(bool gpu);
+/// The rows of solverTable() that a sweep measures. Throws std::runtime_error with one sentence if this machine cannot
+/// use one of them.
+std::vector<const SolverInfo*> benchSolvers(bool gpu);
 inline constexpr const char* kGpuHelp = "measure the solver pqp-gpu, too";
 
 /// A page of HTML with the figures of the folder, which needs no other file.

@@ -61,7 +61,7 @@ class Pad final : public RowContacts {
         }
         ContactForces forces;
         ConeNewton exact(ContactForces::kMaxContacts);
-        const auto frictionless = solverTable()[kExactSolver].make(kPadRows);
+        const auto frictionless = findSolver(kExactSolver)->make(kPadRows);
         Vec6 tool = Vec6::Zero();
         for (int i = 0; i < count; ++i) {
             Vec6 device = deviceAt(0.001 * i);
@@ -107,7 +107,7 @@ class Pad final : public RowContacts {
 class PadRun {
   public:
     PadRun(Pad& pad, const FrictionSolverInfo* info)
-        : pad_(pad), info_(info), frictionless_(solverTable()[kExactSolver].make(kPadRows)) {
+        : pad_(pad), info_(info), frictionless_(findSolver(kExactSolver)->make(kPadRows)) {
         if (info) solver_ = info->make(ContactForces::kMaxContacts);
     }
 
@@ -200,7 +200,7 @@ std::vector<QpCost> measureFriction(const PadMotion& motion, bool quick) {
                     {"feet", motion.feet},
                     {"flat", motion.flat},
                     {"friction", info != nullptr},
-                    {"solver", info ? info->name : solverTable()[kExactSolver].name},
+                    {"solver", info ? info->name : kExactSolver},
                     {"ticks", pad.ticks.size()}};
         cost.update(run.judge());  // which warms the caches, too
         std::vector<double> clock = timeConstant(1000, 0), medians, tails, constants, shortest;

@@ -74,8 +74,7 @@ QpCost measureGpu(sandbox::GpuPqp& gpu, const std::vector<Contacts>& contacts, b
         if (best.total() > 1e6 * kOnce) break;
     }
     const std::span sample(problems.data(), std::min(problems.size(), kProcessorSample));
-    const SolverInfo &pqp = solverTable()[static_cast<std::size_t>(findSolver("pqp"))],
-                     &exact = solverTable()[kExactSolver];
+    const SolverInfo &pqp = *findSolver("pqp"), &exact = *findSolver(kExactSolver);
     const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
     const double rate = 1e6 * static_cast<double>(problems.size()) / best.total(),
                  one = rateOf(pqp, sample, settings, 1), all = rateOf(pqp, sample, settings, cores);
@@ -98,10 +97,10 @@ QpCost measureGpu(sandbox::GpuPqp& gpu, const std::vector<Contacts>& contacts, b
 
 /// Whether a window may render with it.
 std::string renderingSentence() {
-    const SolverInfo& info = solverTable()[static_cast<std::size_t>(findSolver("pqp-gpu"))];
+    const SolverInfo& info = *findSolver("pqp-gpu");
     const RoundTrip& trip = info.roundTrip();
     Settings settings;
-    settings.solver = findSolver("pqp-gpu");
+    settings.solver = "pqp-gpu";
     const bool fits = keepRoundTripsInTick(settings).empty();
     return engine::formatted(
         "One problem of 300 rows takes %.0f µs there and back and %.1f µs for each update, so that a window at 1 kHz "

@@ -28,8 +28,7 @@ constexpr double kSlowUs = 70;  // the goal for bunnies: at most one tick in a t
 class Judge {
   public:
     Judge(const Settings& settings, double tolerance)
-        : exact_(solverTable()[static_cast<std::size_t>(settings.solver)].exact),
-          limit_(exact_ ? kExactResidual : tolerance * (1 + 1e-6)) {}
+        : exact_(findSolver(settings.solver)->exact), limit_(exact_ ? kExactResidual : tolerance * (1 + 1e-6)) {}
 
     void solved(const QpProblem& problem, const SolveResult& result) {
         ++statuses_[static_cast<std::size_t>(result.status)];
@@ -169,14 +168,15 @@ namespace {
 /// The sizes of the parts as far as the world has them.
 void addSizes(BenchRow& row, const World& world) {
     const Obstacle& obstacle = world.obstacles.front();
-    for (const auto& [name, surface, tree] : {std::tuple{"tool", world.toolSurface.get(), world.tool.get()},
-                                              std::tuple{"obstacle", obstacle.surface.get(), obstacle.tree.get()}}) {
+    for (const auto& [name, surface, tree] :
+         {std::tuple{"tool", world.tool.surface.get(), world.tool.spheres.get()},
+          std::tuple{"obstacle", obstacle.part.surface.get(), obstacle.part.spheres.get()}}) {
         row[std::string(name) + "_leaves"] = tree ? nlohmann::ordered_json(tree->leafCount()) : nullptr;
         row[std::string(name) + "_triangles"] =
             surface ? nlohmann::ordered_json(surface->features.faces.size()) : nullptr;
     }
-    std::set<const Surface*> surfaces{world.toolSurface.get()};  // equal parts share one
-    for (const Obstacle& each : world.obstacles) surfaces.insert(each.surface.get());
+    std::set<const Surface*> surfaces{world.tool.surface.get()};  // equal parts share one
+    for (const Obstacle& each : world.obstacles) surfaces.insert(each.part.surface.get());
     surfaces.erase(nullptr);
     std::size_t bytes = 0, triangles = 0;
     for (const Surface* surface : surfaces) {

@@ -64,14 +64,13 @@ class Planner {
 
     /// Each solver of the table, an approximate one at each of the tolerances.
     void addSolvers(BenchCase wanted, std::span<const double> tolerances) {
-        for (const int index : solvers_) {
-            const SolverInfo& solver = solverTable()[static_cast<std::size_t>(index)];
-            wanted.solver = solver.name;
+        for (const SolverInfo* solver : solvers_) {
+            wanted.solver = solver->name;
             wanted.tolerance = 0;
-            if (solver.exact) add(wanted);
+            if (solver->exact) add(wanted);
             for (const double tolerance : tolerances) {
                 wanted.tolerance = tolerance;
-                if (!solver.exact) add(wanted);
+                if (!solver->exact) add(wanted);
             }
         }
     }
@@ -104,9 +103,8 @@ class Planner {
         wanted = motion;
         wanted.fixedMargin = true;
         add(wanted);
-        for (const int index : solvers_)
-            if (const SolverInfo& solver = solverTable()[static_cast<std::size_t>(index)]; !solver.exact)
-                addScreenings(wanted, std::string(solver.name), tolerances);
+        for (const SolverInfo* solver : solvers_)
+            if (!solver->exact) addScreenings(wanted, std::string(solver->name), tolerances);
         wanted = motion;
         wanted.mode = "paper";
         addSolvers(wanted, quick_ ? std::span<const double>(&kUsualTolerance, 1) : kPaperTolerances);
@@ -158,19 +156,19 @@ class Planner {
 
   private:
     const bool quick_;
-    const std::vector<int> solvers_;
+    const std::vector<const SolverInfo*> solvers_;
     std::vector<BenchCase> cases_;
 };
 
 }  // namespace
 
-std::vector<int> benchSolvers(bool gpu) {
-    std::vector<int> solvers;
+std::vector<const SolverInfo*> benchSolvers(bool gpu) {
+    std::vector<const SolverInfo*> solvers;
     for (const SolverInfo& info : solverTable()) {
         if (info.roundTrip && !gpu) continue;
         if (!isUsable(info))
             throw std::runtime_error(std::string(info.name) + " cannot be measured: " + info.roundTrip().trouble);
-        solvers.push_back(static_cast<int>(&info - solverTable().data()));
+        solvers.push_back(&info);
     }
     return solvers;
 }

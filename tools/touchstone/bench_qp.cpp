@@ -23,7 +23,7 @@ constexpr std::uint64_t kSeed = 1;
 constexpr ContactKind kKinds[] = {ContactKind::Slide, ContactKind::Wedge, ContactKind::Pinch};
 
 struct Way {
-    int solver;  ///< index into solverTable()
+    const SolverInfo* solver;
     double tolerance;
     bool paper, warm;
 };
@@ -32,15 +32,14 @@ struct Way {
 /// one at several tolerances, with a warm start and in the paper's form.
 std::vector<Way> waysToSolve(bool gpu) {
     std::vector<Way> ways;
-    const std::vector<int> solvers = benchSolvers(gpu);
-    const auto isExact = [](int solver) { return solverTable()[static_cast<std::size_t>(solver)].exact; };
-    for (const int solver : solvers) {
-        if (!isExact(solver)) continue;
+    const std::vector<const SolverInfo*> solvers = benchSolvers(gpu);
+    for (const SolverInfo* solver : solvers) {
+        if (!solver->exact) continue;
         ways.push_back({solver, 0, false, false});
-        if (solver == kExactSolver) ways.push_back({solver, 0, false, true});
+        if (solver->name == kExactSolver) ways.push_back({solver, 0, false, true});
     }
-    for (const int solver : solvers) {
-        if (isExact(solver)) continue;
+    for (const SolverInfo* solver : solvers) {
+        if (solver->exact) continue;
         for (const auto& [tolerance, paper, warm] :
              {std::tuple{0.1, false, false}, std::tuple{0.01, false, false}, std::tuple{0.01, false, true},
               std::tuple{1e-4, false, false}, std::tuple{0.01, true, false}, std::tuple{1e-4, true, false}})
@@ -65,9 +64,9 @@ Vec6 movedOn(const Vec6& wanted, int i) {
 /// cannot learn a problem from one call to the next. The rows are copied into place before every call, because in a
 /// tick they have just been written.
 Measured measure(const Way& way, const std::vector<Contacts>& problems, int passes) {
-    const SolverInfo& info = solverTable()[static_cast<std::size_t>(way.solver)];
+    const SolverInfo& info = *way.solver;
     const int m = problems.front().rows.size();
-    const auto solver = info.make(m), exact = solverTable()[kExactSolver].make(m);
+    const auto solver = info.make(m), exact = findSolver(kExactSolver)->make(m);
     const StageClock clock = stageClock();
     SolverSettings settings;
     settings.paperForm = way.paper;
@@ -122,9 +121,9 @@ std::vector<QpCost> measureQp(int rows, bool quick, bool gpu) {
     std::vector<QpCost> costs;
     for (const Way& way : waysToSolve(gpu)) {
         if (way.paper && rows > kPaperRows) continue;
-        const Measured got = measure(way, problems, way.solver == kExactSolver ? 9 : 3);
+        const Measured got = measure(way, problems, way.solver->name == kExactSolver ? 9 : 3);
         costs.push_back({{"rows", rows},
-                         {"solver", solverTable()[static_cast<std::size_t>(way.solver)].name},
+                         {"solver", way.solver->name},
                          {"form", way.paper ? "paper" : "default"},
                          {"tolerance", way.tolerance},
                          {"start", way.warm ? "warm" : "cold"},

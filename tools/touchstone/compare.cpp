@@ -5,7 +5,9 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "haptics/device/device_table.hpp"
 #include "haptics/files/output_file.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/math/hash.hpp"
 #include "haptics/math/statistics.hpp"
 #include "haptics/qp/contact_forces.hpp"
@@ -67,7 +69,7 @@ class Comparing {
     }
 
     void judge() {
-        const auto exact = solverTable()[kExactSolver].make(kMaxRows);
+        const auto exact = findSolver(kExactSolver)->make(kMaxRows);
         double error = -1;
         options_.onSolve = [&](const QpProblem& problem, const SolveResult& result) {
             const SolveResult truth = exact->solve(problem, solverSettings(run.settings));
@@ -165,7 +167,7 @@ ordered_json rowOf(const ComparedRun& run, const ComparedRun* exact) {
     }
     std::copy_if(run.forceError.begin(), run.forceError.end(), std::back_inserter(errors),
                  [](double error) { return error >= 0; });
-    const bool approximate = !run.what.solver.empty() && !solverTable()[run.settings.solver].exact;
+    const bool approximate = !run.what.solver.empty() && !findSolver(run.settings.solver)->exact;
     ordered_json row{{"case", run.what.name()},
                      {"mode", run.what.mode},
                      {"solver", run.what.solver},
@@ -262,7 +264,7 @@ std::vector<CompareCase> casesOf(const std::vector<std::string>& modes, const st
         const bool solves = withCommandLine({}, choice).mode != Mode::Penalty;
         for (const std::string& solver : solvers) {
             choice.solver = solver;
-            const SolverInfo& info = solverTable()[std::size_t(withCommandLine({}, choice).solver)];
+            const SolverInfo& info = *findSolver(withCommandLine({}, choice).solver);
             if (!isUsable(info)) throw std::runtime_error(solver + " cannot be used: " + info.roundTrip().trouble);
             if (solves) cases.push_back({mode, solver});
         }
@@ -274,7 +276,7 @@ std::vector<CompareCase> casesOf(const std::vector<std::string>& modes, const st
 std::vector<CompareCase> frictionCasesOf(const std::vector<std::string>& solvers) {
     std::vector<CompareCase> cases;
     for (const std::string& solver : solvers) {
-        cases.push_back({"default", std::string(solverTable()[kExactSolver].name), solver});
+        cases.push_back({"default", std::string(kExactSolver), solver});
         SettingsChoice choice;
         choice.set = {"friction_solver=" + solver};
         withCommandLine({}, choice);  // throws for a name that does not exist
@@ -309,8 +311,8 @@ std::vector<ordered_json> comparisonRows(const std::vector<ComparedRun>& runs) {
     std::vector<ordered_json> rows;
     for (const ComparedRun& run : runs) {
         const auto exact = std::find_if(runs.begin(), runs.end(), [&](const ComparedRun& other) {
-            const std::string_view exactFriction = run.what.friction.empty() ? "" : frictionSolverTable()[0].name;
-            return other.what.mode == run.what.mode && other.what.solver == solverTable()[kExactSolver].name &&
+            const std::string_view exactFriction = run.what.friction.empty() ? "" : kExactFrictionSolver;
+            return other.what.mode == run.what.mode && other.what.solver == kExactSolver &&
                    other.what.friction == exactFriction;
         });
         rows.push_back(rowOf(run, exact == runs.end() ? nullptr : &*exact));

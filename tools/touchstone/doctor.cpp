@@ -8,6 +8,7 @@
 
 #include "engine/view/gl_context.hpp"
 #include "engine/view/window.hpp"
+#include "haptics/device/device_table.hpp"
 #include "haptics/sandbox/devices/all_devices.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/threads/rt_thread.hpp"

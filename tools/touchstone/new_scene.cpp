@@ -11,6 +11,7 @@
 #include "engine/scene/mesh_file.hpp"
 #include "engine/scene/transforms.hpp"
 #include "haptics/builder/mesh_repair.hpp"
+#include "haptics/builder/mesh_words.hpp"
 #include "haptics/sandbox/scene/roles.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "haptics/sandbox/scene/units.hpp"
@@ -76,13 +77,13 @@ void findBox(Part& part, const std::string& file, bool zUp) {
         for (std::vector<MeshPatch>* patches : {&body.closedHoles, &body.loose})
             for (MeshPatch& patch : *patches) inFile(patch.place);
         if (!body.loose.empty() || !body.closedHoles.empty())
-            part.notes.push_back(file + ": was repaired: " + sandbox::words(body));
+            part.notes.push_back(file + ": was repaired: " + words(body));
         part.open = !body.closed();
         if (part.open) {
             MeshDefects defects = defectsOf(body);
             inFile(defects.largest.place);
             part.notes.push_back(
-                file + " has " + sandbox::words(defects) +
+                file + " has " + words(defects) +
                 ": it is touched by its spheres, and its fit cannot be measured, until you close it in "
                 "the program that made it");
         }

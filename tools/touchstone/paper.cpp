@@ -10,6 +10,7 @@
 #include "engine/scene/text.hpp"
 #include "engine/view/image_file.hpp"
 #include "haptics/files/output_file.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/math/statistics.hpp"
 #include "haptics/sandbox/measure/report.hpp"
 #include "haptics/sandbox/picture/scene_view.hpp"
@@ -39,7 +40,7 @@ struct PaperCommand {
 constexpr double kBudget = 1000;  // µs, of a tick at 1 kHz
 /// The solver that the paper proposes, and the one that it compares with.
 const std::string kPublished = "pqp", kFormer = "active-set";
-std::string exactSolver() { return std::string(solverTable()[kExactSolver].name); }
+std::string exactSolver() { return std::string(kExactSolver); }
 std::string inPaperMode(const std::string& solver) { return "paper " + solver; }
 std::string inDefaultMode(const std::string& solver) { return "default " + solver; }
 
@@ -99,8 +100,7 @@ ColdTimes coldTimes(const sandbox::HapticScene& scene, const ComparedRun& run, c
     constexpr int kRows = 1024;  // maximum row count of paper mode
     std::vector<std::pair<std::string, std::unique_ptr<Solver>>> solvers;
     std::map<std::string, Values> times;
-    for (const std::string& name : processorSolvers())
-        solvers.emplace_back(name, solverTable()[std::size_t(findSolver(name))].make(kRows));
+    for (const std::string& name : processorSolvers()) solvers.emplace_back(name, findSolver(name)->make(kRows));
     sandbox::HeadlessOptions options{.device = "demo:" + motion, .seconds = seconds, .timing = false};
     options.onSolve = [&](const QpProblem& problem, const SolveResult&) {
         for (auto& [name, solver] : solvers) {
@@ -282,8 +282,8 @@ class Experiment {
                             {"motion", motion},
                             {"set", set},
                             {"scene", name_},
-                            {"tool_leaves", world.tool->leafCount()},
-                            {"obstacle_leaves", world.obstacles.front().tree->leafCount()},
+                            {"tool_leaves", world.tool.spheres->leafCount()},
+                            {"obstacle_leaves", world.obstacles.front().part.spheres->leafCount()},
                             {"rows", comparisonRows(runs)}});
         return runs;
     }

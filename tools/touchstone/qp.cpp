@@ -11,6 +11,7 @@
 #include <map>
 #include <numeric>
 
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/qp/pqp_paper.hpp"
 #include "haptics/sandbox/gpu/gpu_pqp.hpp"
 #include "haptics/threads/rt_thread.hpp"
@@ -161,7 +162,7 @@ class CpuLines final : public LineSolver {
     void addAnswer(QpAnswer answer) override { std::puts(toLine(answer).c_str()); }
     void add(QpLine line) override { addAnswer(answerTo(line)); }
     QpAnswer answerTo(const QpLine& line) {
-        const SolverInfo& info = solverTable()[static_cast<std::size_t>(settings_.solver)];
+        const SolverInfo& info = *findSolver(settings_.solver);
         const int m = static_cast<int>(line.J.size());
         if (m > capacity_) {
             capacity_ = std::max(kFewRows, m);

@@ -7,6 +7,7 @@
 
 #include "engine/view/image_file.hpp"
 #include "haptics/files/output_file.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/loop/work_limits.hpp"
 #include "haptics/math/statistics.hpp"
 #include "haptics/qp/friction_table.hpp"
@@ -142,8 +143,8 @@ class Course {
         settings = sandbox::withMode(recorded.value_or(scene.settings), Mode::Default);
         settings.rate = 1000;
         settings.solver = kExactSolver;
-        settings.shadow = -1;
-        settings.frictionSolver = 0;
+        settings.shadow = kNoSolver;
+        settings.frictionSolver = kExactFrictionSolver;
         settings.geometry = Geometry::Mesh;
         settings.friction = motion.friction > 0;
         settings.frictionCoefficient = motion.friction;
@@ -185,10 +186,10 @@ class Course {
     JudgedRun touchstone(const Way& way, int finer = 1) const {
         JudgedRun run{.system = way.name};
         Settings chosen = way.settings;
-        chosen.shadow = -1;
+        chosen.shadow = kNoSolver;
         chosen.rate *= finer;
         const double start = threadCpuMicroseconds();
-        StepState state(world());
+        TickState state(world());
         run.prepareMs = (threadCpuMicroseconds() - start) / 1000;
         Pose last = device.front();
         for (const Pose& wanted : device) {
@@ -218,9 +219,9 @@ class Course {
                          inertia = settings.torsion / omega2;
             EngineScene given{.mass = kMass, .inertia = inertia, .friction = what.friction, .step = h};
             given.margin = std::min(kMargin, clearance() / 4);
-            given.tool = meshOf(*world().toolSurface, {-world().p_TC(), Quat::Identity()});
+            given.tool = meshOf(*world().tool.surface, {-world().p_TC(), Quat::Identity()});
             for (const Obstacle& obstacle : world().obstacles)
-                given.obstacles.push_back(meshOf(*obstacle.surface, obstacle.X_WO));
+                given.obstacles.push_back(meshOf(*obstacle.part.surface, obstacle.X_WO));
             given.X_WC = center(world().X_WT_start);
             const std::unique_ptr<RigidEngine> body = info.make(given);
             run.prepareMs = (threadCpuMicroseconds() - start) / 1000;
@@ -261,12 +262,12 @@ class Course {
         for (JudgedTick& tick : run.ticks)
             for (const Obstacle& obstacle : world().obstacles) {
                 const Pose X_OT = obstacle.X_WO.inverse() * tick.X_WT;
-                if (!overlap(*world().toolSurface, *obstacle.surface, X_OT)) continue;
+                if (!overlap(*world().tool.surface, *obstacle.part.surface, X_OT)) continue;
                 tick.intersects = true;
                 const bool measured = (&tick - run.ticks.data()) % kDepths == 0;  // it takes long
                 if (measured)
                     tick.depth =
-                        std::max(tick.depth, overlapDepth(*world().toolSurface, *obstacle.surface, X_OT, false));
+                        std::max(tick.depth, overlapDepth(*world().tool.surface, *obstacle.part.surface, X_OT, false));
             }
         if (run.ticks.size() < device.size() && run.note.empty())
             run.note = "stopped after " + std::to_string(run.ticks.size()) + " ticks: too slow";
@@ -356,7 +357,7 @@ class Course {
         for (const Obstacle& obstacle : world().obstacles) {
             const Pose X_OW = obstacle.X_WO.inverse();
             const Vec3 a = X_OW * from, b = X_OW * to;
-            const auto hit = firstHit(*obstacle.surface, a, b - a);
+            const auto hit = firstHit(*obstacle.part.surface, a, b - a);
             if (hit && (*hit - a).norm() < (b - a).norm()) return true;
         }
         return false;

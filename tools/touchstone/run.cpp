@@ -10,9 +10,12 @@
 #include "engine/scene/folders.hpp"
 #include "engine/ui/user_files.hpp"
 #include "engine/view/image_file.hpp"
+#include "haptics/device/device_table.hpp"
 #include "haptics/device/emergency_stop.hpp"
-#include "haptics/device/mouse.hpp"
 #include "haptics/files/output_file.hpp"
+#include "haptics/hands/mouse.hpp"
+#include "haptics/loop/setting_table.hpp"
+#include "haptics/loop/work_limits.hpp"
 #include "haptics/sandbox/app/app_window.hpp"
 #include "haptics/sandbox/devices/all_devices.hpp"
 #include "haptics/sandbox/measure/contact_sweep.hpp"
@@ -377,8 +380,7 @@ constexpr const char* kRunFooter =
 /// "the published method, with solver NAME at TOLERANCE", from the settings that paper mode sets.
 std::string paperModeHelp() {
     const Settings paper = sandbox::withMode({}, Mode::Paper);
-    return "the published method, with solver " +
-           std::string(solverTable()[static_cast<std::size_t>(paper.solver)].name) + " at " +
+    return "the published method, with solver " + std::string(findSolver(paper.solver)->name) + " at " +
            getSetting(paper, "tolerance") + " and no shadow unless chosen";
 }
 

@@ -6,6 +6,7 @@
 
 #include "haptics/files/output_file.hpp"
 #include "haptics/math/statistics.hpp"
+#include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/console.hpp"
@@ -143,7 +144,9 @@ sandbox::Report LiveReport::finish(const sandbox::LiveSession& session) const {
         report.dropped = snapshot->dropped;
         for (const TripCount& trip : snapshot->trips) report.safetyTrips += trip.events;
         if (snapshot->engagement == Engagement::Faulted) report.safetyFault = name(snapshot->cause);
-        if (judge_) report.checks = judge_->checks(session.device().choice == "demo" && snapshot->finished);
+        if (judge_)
+            report.checks =
+                judge_->checks(sandbox::followsDemonstration(session.device().choice) && snapshot->finished);
     }
     return report;
 }

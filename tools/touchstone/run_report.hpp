@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "haptics/loop/distances.hpp"
 #include "haptics/sandbox/measure/report.hpp"
 #include "haptics/sandbox/panels/status_bar.hpp"
 #include "haptics/sandbox/session/session.hpp"

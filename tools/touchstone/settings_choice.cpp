@@ -1,5 +1,6 @@
 #include "tools/touchstone/settings_choice.hpp"
 
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/qp/solver.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "haptics/device/emergency_stop.hpp"
-#include "haptics/device/mouse.hpp"
+#include "haptics/hands/mouse.hpp"
 #include "haptics/math/statistics.hpp"
 #include "haptics/qp/friction_table.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
@@ -183,10 +183,11 @@ class Soak {
         Settings settings = session_.scene()->settings;
         settings.stiffness = random(0.2, 4);
         settings.torsion = random(200, 4000);
-        settings.solver = choose(static_cast<int>(solverTable().size()));
-        settings.shadow = choose(static_cast<int>(solverTable().size()) + 1) - 1;
-        settings.frictionSolver = choose(static_cast<int>(frictionSolverTable().size()));
-        settings.frictionShadow = choose(static_cast<int>(frictionSolverTable().size()));
+        settings.solver = solverTable()[choose(static_cast<int>(solverTable().size()))].name;
+        const int shadow = choose(static_cast<int>(solverTable().size()) + 1);
+        settings.shadow = shadow == 0 ? kNoSolver : solverTable()[shadow - 1].name;
+        settings.frictionSolver = frictionSolverTable()[choose(static_cast<int>(frictionSolverTable().size()))].name;
+        settings.frictionShadow = frictionSolverTable()[choose(static_cast<int>(frictionSolverTable().size()))].name;
         settings.linearisations = 1 + choose(3);
         settings.adaptiveMargin = choose(2) == 0;
         settings.pause = choose(8) == 0;
@@ -204,10 +205,10 @@ class Soak {
                 session_.restart();
                 break;
             case 2:
-                session_.chooseDevice(!options_.device.empty()                                    ? options_.device
-                                      : scene.demonstration && session_.device().choice != "hand" ? "hand"
-                                      : scene.demonstration                                       ? "demo"
-                                                                                                  : "mouse");
+                session_.chooseDevice(!options_.device.empty()                                ? options_.device
+                                      : scene.demonstration && (followsHand_ = !followsHand_) ? "hand"
+                                      : scene.demonstration                                   ? "demo"
+                                                                                              : "mouse");
                 break;
             default: {
                 const engine::Entity obstacle = scene.roles.obstacles.front();
@@ -310,6 +311,7 @@ class Soak {
     double reportedUntil_ = -1;
     std::uint64_t taken_ = 0, dropped_ = 0, uncounted_ = 0, unsafe_ = 0, lost_ = 0;
     std::uint64_t settings_ = 0, scenes_ = 0, recordings_ = 0, rows_ = 0, broken_ = 0;
+    bool followsHand_ = false;  ///< the last device that was chosen is the simulated hand
     struct Memory {
         double t, megabytes;
     };

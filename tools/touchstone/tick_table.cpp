@@ -36,8 +36,9 @@ TickTable::TickTable(const std::filesystem::path& file) : out_(file, "the ticks"
 }
 
 void TickTable::add(const TickRecord& record, double penetration, double rate) {
-    RecordedTick tick{.input = {}, .record = record};
-    tick.input.settings.rate = rate;
+    RecordedTick tick;
+    tick.record = record;
+    tick.settings.rate = rate;
     std::string line;
     for (const sandbox::TickField& field : sandbox::recordFields()) {
         const bool first = line.empty();

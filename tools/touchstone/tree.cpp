@@ -6,7 +6,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "engine/scene/mesh_file.hpp"
 #include "haptics/builder/mesh_repair.hpp"
+#include "haptics/builder/mesh_words.hpp"
 #include "haptics/builder/sphere_hierarchy.hpp"
 #include "haptics/builder/tree_check.hpp"
 #include "haptics/builder/tree_file.hpp"
@@ -88,7 +90,7 @@ MadeTree makeTree(const TreePart& part, const TreeOptions& options, const TreeCo
     made.wall = watch.wall();
     made.cpu = watch.cpu();
     made.repairs = body.repairs;
-    made.words = sandbox::words(body);
+    made.words = words(body);
     made.holes = int(body.closedHoles.size());
     for (const MeshPatch& patch : body.loose) made.loose += patch.triangles;
     made.moved = body.weld / body.scale;
@@ -144,7 +146,8 @@ void printJson(const TreePart& part, const TreeOptions& options, const MadeTree&
 /// Finds the errors that the command line alone shows.
 void check(const TreeCommand& command) {
     if (command.from.file.empty())
-        throw UsageError("tree needs a mesh (.obj, .ply, .stl) or a scene (.glb, .gltf, or the name of one)");
+        throw UsageError("tree needs a mesh (" + engine::meshExtensionWords() +
+                         ") or a scene (.glb, .gltf, or the name of one)");
     checkChoice(command.tree);
     const TreeChoice& choice = command.tree;
     if (!command.imported.empty() && (choice.leaves || choice.levels || !choice.maxError.empty() || choice.quality ||
@@ -233,7 +236,8 @@ void addTree(CLI::App& program, Action& action) {
     const auto options = std::make_shared<TreeCommand>();
     CLI::App* tree =
         addCommand(program, "tree", "Build the sphere tree of a mesh, or of each part of a scene", kTreeFooter);
-    tree->add_option("MESH", options->from.file, "an .obj, .ply, .stl, .glb or .gltf file, or the name of a scene");
+    tree->add_option("MESH", options->from.file,
+                     "a mesh (" + engine::meshExtensionWords() + "), a scene (.glb or .gltf), or the name of a scene");
     tree->add_option("-o,--output", options->output, "write the tree to a file");
     addTreeChoice(*tree, options->tree);
     tree->add_option("--levels", options->tree.levels,

@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "engine/scene/text.hpp"
+#include "haptics/loop/distances.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/sandbox/measure/goal_check.hpp"
 #include "haptics/sandbox/scene/friction.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
@@ -74,9 +76,9 @@ int validate(const std::string& pathOrName) {
                 std::printf("  %s: %.1f mm across, %s\n", name.c_str(), tree->certificate.diagonal,
                             sandbox::words(*tree).c_str());
         };
-        describe("tool", world.toolSurface.get(), world.tool.get());
+        describe("tool", world.tool.surface.get(), world.tool.spheres.get());
         for (const Obstacle& obstacle : world.obstacles)
-            describe(obstacle.name, obstacle.surface.get(), obstacle.tree.get());
+            describe(obstacle.name, obstacle.part.surface.get(), obstacle.part.spheres.get());
         const auto markingOf = [&](engine::Entity part) -> const sandbox::BodyMarking& {
             return scene.scene.registry.get<sandbox::BodyMarking>(part);
         };

@@ -16,6 +16,7 @@
 #include "haptics/sandbox/app/app_options.hpp"
 #include "haptics/sandbox/app/mouse_grab.hpp"
 #include "haptics/sandbox/app/open_dialog.hpp"
+#include "haptics/threads/rt_thread.hpp"
 
 namespace touchstone::sandbox {
 

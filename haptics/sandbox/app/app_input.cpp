@@ -30,7 +30,7 @@ void App::drawMousePull(const engine::Area& picture) const {
 ToolPoses App::toolPoses() const {
     const TickRecord* record = session_.record();
     if (!record) return {};
-    return {record->X_WT, session_.device().choice == "mouse" ? record->X_WT_device : record->X_WT, true};
+    return {record->X_WT, session_.device().mouse ? record->X_WT_device : record->X_WT, true};
 }
 
 void App::handleMouse(const engine::Area& picture) {
@@ -84,7 +84,7 @@ void App::handleMouse(const engine::Area& picture) {
 
     if (wanted) {
         everHeld_ = true;
-        if (session_.device().choice != "mouse") session_.chooseDevice("mouse");
+        if (!session_.device().mouse) session_.chooseDevice("mouse");
         if (MouseTarget* target = session_.device().mouse.get()) target->grab(*wanted, hapticsPanel_.strength);
     } else if (session_.device().mouse.get() && (holding_ || strength_ != hapticsPanel_.strength)) {
         session_.device().mouse.get()->release(hapticsPanel_.strength);

@@ -41,9 +41,7 @@ void App::copyCommand() {
         return;
     }
     std::string device = session_.device().choice;
-    if (device == "mouse") {
-        device = defaultDevice(*viewed_, false);  // mouse input cannot be repeated
-    }
+    if (traitsOf(device).needsWindow) device = defaultDevice(*viewed_, false);  // mouse input cannot be repeated
     const std::string line =
         commandLine(std::filesystem::absolute(session_.request().file), device, viewed_->settings, session_.settings());
     ImGui::SetClipboardText(line.c_str());

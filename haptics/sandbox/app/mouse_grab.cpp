@@ -53,12 +53,12 @@ Vec3 direction(const glm::vec3& v) { return {v.x, v.y, v.z}; }
 std::optional<Vec3> pickTool(const World& world, const Pose& X_WT, const engine::Ray& ray) {
     const Pose X_TW = X_WT.inverse();
     const Vec3 d_W = direction(ray.direction).normalized(), p = X_TW * toMm(ray.origin), d = X_TW.q * d_W;
-    if (world.toolSurface) {
-        const auto hit = firstHit(*world.toolSurface, p, d);
+    if (world.tool.surface) {
+        const auto hit = firstHit(*world.tool.surface, p, d);
         return hit ? std::optional<Vec3>(X_WT * *hit) : std::nullopt;
     }
-    RayWalk walk{*world.tool, p, d};
-    walk.descend(world.tool->levels.size() - 1, 0);
+    RayWalk walk{*world.tool.spheres, p, d};
+    walk.descend(world.tool.spheres->levels.size() - 1, 0);
     if (!std::isfinite(walk.nearest)) return std::nullopt;
     return toMm(ray.origin) + walk.nearest * d_W;
 }

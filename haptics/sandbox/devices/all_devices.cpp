@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "haptics/hands/hand_table.hpp"
 #include "haptics/sandbox/devices/inverse3.hpp"
 
 namespace touchstone::sandbox {
@@ -20,8 +21,10 @@ constexpr std::array kDevices{
 
 std::span<const DeviceInfo> allDevices() {
     static const std::vector<DeviceInfo> all = [] {
-        std::vector<DeviceInfo> rows(deviceTable().begin(), deviceTable().end());
-        rows.insert(rows.end(), kDevices.begin(), kDevices.end());
+        std::vector<DeviceInfo> rows;
+        for (const std::span<const DeviceInfo> table :
+             {deviceTable(), handTable(), std::span<const DeviceInfo>(kDevices)})
+            rows.insert(rows.end(), table.begin(), table.end());
         std::sort(rows.begin(), rows.end(), [](const DeviceInfo& a, const DeviceInfo& b) { return a.name < b.name; });
         return rows;
     }();

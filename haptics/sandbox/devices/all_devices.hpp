@@ -3,10 +3,12 @@
 #include <span>
 
 #include "haptics/device/device.hpp"
+#include "haptics/device/device_table.hpp"
 
 namespace touchstone::sandbox {
 
-/// deviceTable() and the rows of this room, sorted by name. To add a device that needs a library, add a row.
+/// deviceTable(), handTable() and the rows of this room, sorted by name. To add a device that needs a library, add a
+/// row.
 std::span<const DeviceInfo> allDevices();
 
 }  // namespace touchstone::sandbox

@@ -1,6 +1,7 @@
 #pragma once
 // A Haply Inverse3, with a VerseGrip if there is one: a 6-DoF pose in, a force out.
 #include "haptics/device/device.hpp"
+#include "haptics/device/device_table.hpp"
 
 namespace touchstone::sandbox {
 

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "haptics/device/arm_link.hpp"
+#include "haptics/device/device_table.hpp"
 #include "haptics/sandbox/devices/inverse_messages.hpp"
 #include "haptics/sandbox/devices/web_sockets.hpp"
 

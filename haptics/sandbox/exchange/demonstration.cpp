@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "engine/scene/gltf_load.hpp"
+#include "haptics/loop/distances.hpp"
 #include "haptics/loop/step.hpp"
 #include "haptics/math/hash.hpp"
 #include "haptics/sandbox/record/recording.hpp"

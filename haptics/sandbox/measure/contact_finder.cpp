@@ -25,7 +25,7 @@ ContactFinder::ContactFinder(std::shared_ptr<const World> world)
       leaves_(world_->obstacles.size()),
       features_(world_->obstacles.size()),
       rows_(kRows),
-      solver_(solverTable()[kExactSolver].make(kRows)) {
+      solver_(findSolver(kExactSolver)->make(kRows)) {
     for (const Obstacle& obstacle : world_->obstacles) X_WO_.push_back(obstacle.X_WO);
 }
 
@@ -38,7 +38,7 @@ bool ContactFinder::anyMeshes(Geometry geometry) const {
 FeaturePairFinder& ContactFinder::features(std::size_t obstacle) {
     auto& finder = features_[obstacle];
     if (!finder)
-        finder = std::make_unique<FeaturePairFinder>(*world_->toolSurface, *world_->obstacles[obstacle].surface);
+        finder = std::make_unique<FeaturePairFinder>(*world_->tool.surface, *world_->obstacles[obstacle].part.surface);
     return *finder;
 }
 
@@ -47,7 +47,8 @@ void ContactFinder::collectLeaves(const TickRecord& record, Geometry geometry, d
     for (std::size_t i = 0; i < leaves_.size(); ++i) {
         if (world_->byMeshes(i, geometry)) continue;
         auto& list = leaves_[i];
-        if (!list) list = std::make_unique<NeighborList>(*world_->tool, *world_->obstacles[i].tree, int(i));
+        if (!list)
+            list = std::make_unique<NeighborList>(*world_->tool.spheres, *world_->obstacles[i].part.spheres, int(i));
         const Pose& X_WO = X_WO_[i];
         const Pose X_OT = X_WO.inverse() * record.X_WT;
         list->forget();
@@ -69,7 +70,7 @@ std::span<const NearPair> ContactFinder::pairs(const TickRecord& record, Geometr
 /// The contacts of the collected rows.
 void ContactFinder::addLeaves(const TickRecord& record) {
     for (int i = 0; i < rows_.size(); ++i) {
-        const Sphere leaf = world_->tool->leaf(toolLeafOf(rows_.id(i)));
+        const Sphere leaf = world_->tool.spheres->leaf(toolLeafOf(rows_.id(i)));
         const Vec3 n = rows_.row(i).head<3>();
         contacts_.push_back({.p_W = record.X_WT * leaf.center() - double(leaf.r) * n, .n_W = n, .gap = rows_.gap()[i]});
     }
@@ -80,8 +81,8 @@ void ContactFinder::addLeaves(const TickRecord& record) {
 void ContactFinder::addFeatures(const TickRecord& record, std::size_t obstacle, double margin) {
     const Pose& X_WO = X_WO_[obstacle];
     const Pose X_OT = X_WO.inverse() * record.X_WT;
-    const SurfaceFeatures &ours = world_->toolSurface->features,
-                          &others = world_->obstacles[obstacle].surface->features;
+    const SurfaceFeatures &ours = world_->tool.surface->features,
+                          &others = world_->obstacles[obstacle].part.surface->features;
     FeaturePairFinder& finder = features(obstacle);
     finder.forEachPair({X_OT, margin}, [&](const PairEntry& pair, float) {
         ++found_;
@@ -131,10 +132,10 @@ void ContactFinder::solveLeaves(const TickRecord& record, const Settings& settin
 void ContactFinder::repeatTick(const TickRecord& record, const Settings& settings) {
     loads_.clear();
     if (!state_) {
-        state_ = std::make_unique<StepState>(repeated_);
-        std::unique_ptr<Solver>& renderer = state_->renderer(kExactSolver);
-        renderer = std::make_unique<WatchedSolver>(
-            std::move(renderer), [this](const QpProblem& problem, const SolveResult& result) {
+        state_ = std::make_unique<TickState>(repeated_);
+        std::unique_ptr<Solver>& solver = renderer(*state_, kExactSolver);
+        solver = std::make_unique<WatchedSolver>(
+            std::move(solver), [this](const QpProblem& problem, const SolveResult& result) {
                 loads_.clear();
                 for (const Multiplier& m : result.multipliers)
                     loads_.push_back({problem.rows->id(m.row), problem.rows->row(m.row).head<3>(), m.value});
@@ -142,21 +143,23 @@ void ContactFinder::repeatTick(const TickRecord& record, const Settings& setting
     }
     // The repeated tick knows of no contact that slid before.
     const bool slides = record.sliding > 0 && record.sticking == 0;
-    for (std::size_t k = 0; k < repeated_.obstacles.size(); ++k) {
-        Friction& friction = repeated_.obstacles[k].friction;
-        friction = world_->obstacles[k].friction;
-        if (slides) friction.atRest = friction.sliding;
-    }
+    const auto repeat = [&](Part& part, const Part& from) {
+        part.material = from.material;
+        if (slides && part.material) part.material->friction.atRest = part.material->friction.sliding;
+    };
+    repeat(repeated_.tool, world_->tool);
+    for (std::size_t k = 0; k < repeated_.obstacles.size(); ++k)
+        repeat(repeated_.obstacles[k].part, world_->obstacles[k].part);
     Settings once = settings;
     once.solver = kExactSolver;
-    once.shadow = -1;
+    once.shadow = kNoSolver;
     once.linearisations = 1;
     once.pause = false;
     state_->begin({.tick = record.tick, .X_WT = record.X_WT, .X_WT_device = record.X_WT_device, .loadedBefore = true},
                   X_WO_);
     step(repeated_, once, {.X_WT_device = record.X_WT_device}, *state_);
-    if (!state_->frictionContacts().empty()) loads_.clear();
-    for (const ContactForce& contact : state_->frictionContacts()) {
+    if (!frictionContacts(*state_).empty()) loads_.clear();
+    for (const ContactForce& contact : frictionContacts(*state_)) {
         const double normal = contact.normal.dot(contact.force);
         loads_.push_back({contact.id, contact.normal, normal, contact.force - normal * contact.normal});
     }
@@ -170,11 +173,11 @@ void ContactFinder::repeatTick(const TickRecord& record, const Settings& setting
             point.p_W = X_WO_[k] * near.onTool;
             point.gap = near.distance();
         } else {
-            const Sphere leaf = world_->tool->leaf(tool);
+            const Sphere leaf = world_->tool.spheres->leaf(tool);
             point.p_W = record.X_WT * leaf.center() - double(leaf.r) * load.n_W;
-            point.gap = leafGap(leaf, world_->obstacles[k].tree->leaf(other), X_OT);
+            point.gap = leafGap(leaf, world_->obstacles[k].part.spheres->leaf(other), X_OT);
         }
-        const Friction friction = world_->obstacles[k].frictionIn(settings);
+        const Friction friction = world_->friction(k, settings);
         constexpr double kGreatest = 0.999;
         point.slides = record.sliding > 0 && point.friction_W.norm() >= kGreatest * friction.sliding * point.load;
         point.coefficient = point.slides ? friction.sliding : friction.atRest;

@@ -72,7 +72,7 @@ class ContactFinder {
     std::vector<std::unique_ptr<FeaturePairFinder>> features_;  ///< likewise
     RowSet rows_;                                               ///< of the leaves
     std::unique_ptr<Solver> solver_;                            ///< of the leaves' rows
-    std::unique_ptr<StepState> state_;                          ///< repeats ticks between meshes
+    std::unique_ptr<TickState> state_;                          ///< repeats ticks between meshes
     std::vector<Load> loads_;                                   ///< of the repeated tick
     double marginShare_ = 1;                                    ///< share of the margin within which find() searches
     int found_ = 0;                                             ///< pairs of the last search

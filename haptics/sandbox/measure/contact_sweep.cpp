@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "haptics/files/output_file.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/math/statistics.hpp"
 #include "haptics/qp/cone_newton.hpp"
 #include "haptics/qp/friction_table.hpp"
@@ -45,12 +46,11 @@ std::optional<double> timeRepeated(const std::function<bool()>& goOn, const std:
 /// One solver on the contact, called as the tick calls it.
 class SolverRun {
   public:
-    SolverRun(const FrozenContact& contact, int solver, const Vec6& exact)
+    SolverRun(const FrozenContact& contact, const SolverInfo& info, const Vec6& exact)
         : contact_(contact),
-          info_(solverTable()[static_cast<std::size_t>(solver)]),
-          solver_(info_.make(contact.rows.size())),
+          info_(info),
+          solver_(info.make(contact.rows.size())),
           screen_(contact.rows.size()),
-          index_(solver),
           exact_(exact) {}
 
     /// False when cancelled.
@@ -71,7 +71,7 @@ class SolverRun {
             const SolveResult result = solver_->solve(now, settings);
             const double spent = static_cast<double>(clock.now() - start) * clock.microseconds;
             const WrenchError error = wrenchError(now, result.x, exact_);
-            point = {.solver = index_,
+            point = {.solver = info_.name,
                      .tolerance = tolerance,
                      .forceError = error.force_N,
                      .torqueError = error.torque_mNm,
@@ -88,14 +88,13 @@ class SolverRun {
     const SolverInfo& info_;
     std::unique_ptr<Solver> solver_;
     RowScreen screen_;
-    int index_;
     Vec6 exact_;
 };
 
 /// Likewise with friction. False when cancelled.
-bool runFriction(const FrozenContact& contact, int solver, const Vec6& exact, const std::function<bool()>& goOn,
-                 SweepPoint& point) {
-    const auto made = frictionSolverTable()[static_cast<std::size_t>(solver)].make(int(contact.contacts.size()));
+bool runFriction(const FrozenContact& contact, const FrictionSolverInfo& info, const Vec6& exact,
+                 const std::function<bool()>& goOn, SweepPoint& point) {
+    const auto made = info.make(int(contact.contacts.size()));
     made->limitWork(contact.settings.solverWork);
     std::vector<FrictionContact> contacts = contact.contacts;
     Vec6 begin = Vec6::Zero();
@@ -112,7 +111,7 @@ bool runFriction(const FrozenContact& contact, int solver, const Vec6& exact, co
         const FrictionResult result = made->solve(problem, begin);
         const double spent = static_cast<double>(clock.now() - start) * clock.microseconds;
         const WrenchError error = wrenchError({contact.stiffness, contact.wanted, nullptr}, result.x, exact);
-        point = {.solver = solver,
+        point = {.solver = info.name,
                  .forceError = error.force_N,
                  .torqueError = error.torque_mNm,
                  .iterations = result.iterations,
@@ -129,8 +128,8 @@ std::optional<FrozenContact> freezeContact(const World& world, const Settings& s
                                            const TickRecord& now, const SweepOptions& options) {
     Settings exact = settings;
     exact.solver = kExactSolver;
-    exact.frictionSolver = 0;
-    exact.shadow = -1;
+    exact.frictionSolver = kExactFrictionSolver;
+    exact.shadow = kNoSolver;
     exact.pause = false;
     if (options.allRows) exact.adaptiveMargin = false;
     std::optional<FrozenContact> largest;
@@ -145,16 +144,16 @@ std::optional<FrozenContact> freezeContact(const World& world, const Settings& s
                                 .tick = now.tick};
         return true;
     };
-    StepState state(world);
-    std::unique_ptr<Solver>& renderer = state.renderer(kExactSolver);
-    renderer = std::make_unique<WatchedSolver>(std::move(renderer), [&](const QpProblem& problem,
-                                                                        const SolveResult& result) {
+    TickState state(world);
+    std::unique_ptr<Solver>& solver = renderer(state, kExactSolver);
+    solver = std::make_unique<WatchedSolver>(std::move(solver), [&](const QpProblem& problem,
+                                                                    const SolveResult& result) {
         if (result.status != SolveStatus::Invalid && freeze(problem.rows->size(), problem.stiffness, problem.wanted))
             largest->rows = *problem.rows;
     });
-    std::unique_ptr<FrictionSolver>& frictionRenderer = state.frictionRenderer(exact.frictionSolver);
-    frictionRenderer = std::make_unique<WatchedFrictionSolver>(
-        std::move(frictionRenderer), [&](const FrictionProblem& problem, const FrictionResult& result) {
+    std::unique_ptr<FrictionSolver>& frictionSolver = frictionRenderer(state, exact.frictionSolver);
+    frictionSolver = std::make_unique<WatchedFrictionSolver>(
+        std::move(frictionSolver), [&](const FrictionProblem& problem, const FrictionResult& result) {
             if (result.status == FrictionStatus::None ||
                 !freeze(int(problem.contacts.size()), problem.stiffness, problem.wanted))
                 return;
@@ -190,19 +189,19 @@ std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::funct
             reference.solve({contact.stiffness, contact.wanted, contact.contacts}, Vec6::Zero());
         if (truth.status == FrictionStatus::None) return sweep;  // no error is known
         const Vec6 exact = truth.x;
-        for (int solver = 0; solver < int(frictionSolverTable().size()); ++solver) {
+        for (const FrictionSolverInfo& solver : frictionSolverTable()) {
             SweepPoint point;
             if (!runFriction(contact, solver, exact, goOn, point)) return std::nullopt;
             sweep.points.push_back(point);
         }
     } else {
-        const auto reference = table[kExactSolver].make(contact.rows.size());
+        const auto reference = findSolver(kExactSolver)->make(contact.rows.size());
         const Vec6 exact =
             reference->solve({contact.stiffness, contact.wanted, &contact.rows}, solverSettings(contact.settings)).x;
-        for (std::size_t solver = 0; solver < table.size(); ++solver) {
-            if (!isUsable(table[solver])) continue;
-            SolverRun run(contact, static_cast<int>(solver), exact);
-            for (const double tolerance : tolerancesOf(table[solver])) {
+        for (const SolverInfo& solver : table) {
+            if (!isUsable(solver)) continue;
+            SolverRun run(contact, solver, exact);
+            for (const double tolerance : tolerancesOf(solver)) {
                 SweepPoint point;
                 if (!run.run(tolerance, goOn, point)) return std::nullopt;
                 sweep.points.push_back(point);
@@ -222,12 +221,7 @@ std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::funct
     return sweep;
 }
 
-std::string_view Sweep::nameOf(const SweepPoint& point) const {
-    const auto index = static_cast<std::size_t>(point.solver);
-    return friction ? frictionSolverTable()[index].name : solverTable()[index].name;
-}
-
-std::optional<SweepPoint> pointAt(const Sweep& sweep, int solver, double tolerance) {
+std::optional<SweepPoint> pointAt(const Sweep& sweep, std::string_view solver, double tolerance) {
     const SweepPoint *coarser = nullptr, *finer = nullptr;  // neighbors of the tolerance
     for (const SweepPoint& point : sweep.points) {
         if (point.solver != solver) continue;
@@ -255,8 +249,8 @@ void writeSweep(const Sweep& sweep, const std::filesystem::path& file) {
     out << "tick,rows,mode,solver,tolerance,time_us,force_error_N,torque_error_mNm,iterations,status,on_front\n";
     for (const SweepPoint& p : sweep.points)
         out << sweep.tick << ',' << sweep.rows << ',' << modeNames()[static_cast<std::size_t>(sweep.mode)] << ','
-            << sweep.nameOf(p) << ',' << p.tolerance << ',' << p.us << ',' << p.forceError << ',' << p.torqueError
-            << ',' << p.iterations << ',' << name(p.status) << ',' << int(p.onFront) << '\n';
+            << p.solver << ',' << p.tolerance << ',' << p.us << ',' << p.forceError << ',' << p.torqueError << ','
+            << p.iterations << ',' << name(p.status) << ',' << int(p.onFront) << '\n';
     writeFile(file, "the sweep", out.view());
 }
 

@@ -45,7 +45,7 @@ std::optional<FrozenContact> freezeContact(const World& world, const Settings& s
 
 /// The result of one solver at one tolerance.
 struct SweepPoint {
-    int solver = 0;                          ///< index into solverTable(), with friction frictionSolverTable()
+    std::string_view solver;                 ///< its name in the table
     double tolerance = 0;                    ///< as in Settings; 0 if the solver is exact, and with friction
     double us = 0;                           ///< median of the repetitions
     double forceError = 0, torqueError = 0;  ///< N, mN·m, against the exact answer, before any projection
@@ -60,8 +60,6 @@ struct Sweep {
     Mode mode = Mode::Default;
     bool friction = false;
     std::vector<SweepPoint> points;  ///< in the order of the table, for each solver from coarse to fine
-
-    std::string_view nameOf(const SweepPoint& point) const;
 };
 
 /// Runs every solver that this machine can use, with friction every friction solver, with the limits of the settings.
@@ -69,7 +67,7 @@ struct Sweep {
 std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::function<bool(double)>& progress = {});
 
 /// Time and error of a solver at any tolerance, interpolated on logarithmic axes; nothing without points.
-std::optional<SweepPoint> pointAt(const Sweep& sweep, int solver, double tolerance);
+std::optional<SweepPoint> pointAt(const Sweep& sweep, std::string_view solver, double tolerance);
 
 /// Writes CSV, one line for each point. Throws std::runtime_error with one sentence if the file cannot be written.
 void writeSweep(const Sweep& sweep, const std::filesystem::path& file);

@@ -34,8 +34,8 @@ ErrorSplit splitError(const World& world, const Settings& settings, const MeshRe
                       const TickRecord& before, const TickRecord& now) {
     Settings exact = settings;
     exact.solver = kExactSolver;
-    exact.shadow = -1;
-    StepState state(world);
+    exact.shadow = kNoSolver;
+    TickState state(world);
     state.resume(before);
     const Pose once = step(world, exact, {now.X_WT_device}, state).X_WT;
 

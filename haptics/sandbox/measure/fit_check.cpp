@@ -38,9 +38,9 @@ class RoomFinder {
           go_(std::move(go)),
           range_(fitRange(world)),
           rows_(kFitRows),
-          solver_(solverTable()[kExactSolver].make(kFitRows)) {
+          solver_(findSolver(kExactSolver)->make(kFitRows)) {
         for (const Obstacle& obstacle : world.obstacles)
-            finders_.push_back(std::make_unique<FeaturePairFinder>(*world.toolSurface, *obstacle.surface));
+            finders_.push_back(std::make_unique<FeaturePairFinder>(*world.tool.surface, *obstacle.part.surface));
     }
 
     /// The search ends when there is `enough` room, mm. `goal`: the pose is at it.
@@ -224,9 +224,9 @@ std::vector<std::pair<double, Pose>> demonstrated(const Motion& motion, const Wo
     settings.mode = Mode::Default;
     settings.geometry = Geometry::Mesh;
     settings.solver = kExactSolver;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     settings.pause = false;
-    StepState state(world);
+    TickState state(world);
     const double dt = 1000 / settings.rate, duration = motion.duration();
     int next = 0;
     for (double t = 0; t <= duration; t += dt) {
@@ -263,7 +263,8 @@ void judge(const FitQuestion& question, const Settings& settings, FitCheck& fit)
     const std::size_t k = fit.least->obstacle;
     fit.spheres = !world.byMeshes(k, geometryOf(settings));
     if (fit.spheres && world.hasSpheres(k))
-        fit.error = world.tool->certificate.protrusion + world.obstacles[k].tree->certificate.protrusion;
+        fit.error =
+            world.tool.spheres->certificate.protrusion + world.obstacles[k].part.spheres->certificate.protrusion;
     const double room = fit.least->clearance;
     if (room > fit.error) {
         fit.verdict = (fit.goal ? "goes in with " : "passes with ") + mm(room - fit.error) + " to spare" + also;

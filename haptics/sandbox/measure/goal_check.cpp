@@ -28,7 +28,7 @@ constexpr int kMostStarts = 8;
 
 bool isFree(const World& world, const Pose& X_WT) {
     return std::ranges::none_of(world.obstacles, [&](const Obstacle& obstacle) {
-        return overlap(*world.toolSurface, *obstacle.surface, obstacle.X_WO.inverse() * X_WT);
+        return overlap(*world.tool.surface, *obstacle.part.surface, obstacle.X_WO.inverse() * X_WT);
     });
 }
 
@@ -77,10 +77,11 @@ PartGap partGap(const World& world, const Pose& X_WT, double atMost, Overlaps ov
     for (std::size_t k = 0; k < world.obstacles.size(); ++k) {
         const Obstacle& obstacle = world.obstacles[k];
         const Pose X_OT = obstacle.X_WO.inverse() * X_WT;
-        const auto points = nearestPoints(*world.toolSurface, *obstacle.surface, X_OT, std::max(found.gap, zero));
-        const bool inside = overlaps != Overlaps::Impossible && overlap(*world.toolSurface, *obstacle.surface, X_OT);
+        const auto points = nearestPoints(*world.tool.surface, *obstacle.part.surface, X_OT, std::max(found.gap, zero));
+        const bool inside =
+            overlaps != Overlaps::Impossible && overlap(*world.tool.surface, *obstacle.part.surface, X_OT);
         const double gap =
-            inside   ? -overlapDepth(*world.toolSurface, *obstacle.surface, X_OT, overlaps == Overlaps::Measured)
+            inside   ? -overlapDepth(*world.tool.surface, *obstacle.part.surface, X_OT, overlaps == Overlaps::Measured)
             : points ? points->distance()
                      : INFINITY;
         if (gap < found.gap)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/math/hash.hpp"
 
 namespace touchstone::sandbox {
@@ -48,7 +49,7 @@ Report reportOf(std::string scene, std::string device, const Settings& settings)
     report.solver = getSetting(settings, "solver");
     report.shadow = getSetting(settings, "shadow");
     report.frictionSolver = getSetting(settings, "friction_solver");
-    report.frictionShadow = settings.shadow < 0 ? "none" : getSetting(settings, "friction_shadow");
+    report.frictionShadow = settings.shadow == kNoSolver ? "none" : getSetting(settings, "friction_shadow");
     report.device = std::move(device);
     report.rate = settings.rate;
     for (const SettingInfo& info : settingTable())

@@ -1,5 +1,5 @@
 #pragma once
-// Observes the problems that a tick solves: it replaces a solver of StepState::renderer() or frictionRenderer().
+// Observes the problems that a tick solves: it replaces a solver that renderer() or frictionRenderer() gives.
 #include <functional>
 #include <memory>
 #include <utility>

@@ -1,6 +1,7 @@
 // The fit: whether the tool goes in, and the settings that it needs.
 #include <cstdio>
 
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/sandbox/panels/panels.hpp"
 
 namespace touchstone::sandbox {

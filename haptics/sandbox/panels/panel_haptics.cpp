@@ -6,7 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "haptics/device/mouse.hpp"
+#include "haptics/hands/mouse.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/sandbox/panels/panels.hpp"
 #include "haptics/sandbox/panels/setting_control.hpp"
 #include "haptics/sandbox/session/presets.hpp"
@@ -125,7 +126,7 @@ bool drawHapticsPanel(const Settings& scene, const Background<FitCheck>& fit, Se
     drawStrength(state, items);
     drawHeading("Solvers");
     changed |= drawGroup(SettingGroup::Solvers, settings, requests.refusal, items);
-    ImGui::BeginDisabled(settings.shadow < 0);
+    ImGui::BeginDisabled(settings.shadow == kNoSolver);
     if (ImGui::Button("Swap rendering and shadow solver", {-1, 0})) {
         settings = withSolversSwapped(settings);
         changed = true;

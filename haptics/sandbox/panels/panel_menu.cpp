@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "haptics/device/device_table.hpp"
 #include "haptics/sandbox/devices/all_devices.hpp"
 #include "haptics/sandbox/panels/panels.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
@@ -154,10 +155,10 @@ void drawHelpDialog(MenuState& state, engine::ItemRects* items) {
 void drawDeviceMenu(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
     const std::string current = view.device.substr(0, view.device.find(':'));
     for (const DeviceInfo& device : allDevices()) {
-        const bool possible = view.running && (device.name != "demo" || view.hasDemonstration);
+        const bool possible = view.running && (!device.traits.followsMotion || view.hasDemonstration);
         const std::string text(device.name);
         if (ImGui::MenuItem(text.c_str(), nullptr, current == device.name, possible)) {
-            if (device.name == "replay")
+            if (device.traits.followsFile)
                 state.replayDialog = true;
             else
                 requests.device = text;

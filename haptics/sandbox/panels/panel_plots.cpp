@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/scene/text.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/qp/friction_table.hpp"
 #include "haptics/sandbox/measure/pareto.hpp"
 #include "haptics/sandbox/panels/panels.hpp"
@@ -243,15 +244,14 @@ class Panel {
     /// An exact shadow is the reference for the rendering solver, so the rendering solver's time is plotted then.
     bool shadowIsExact() const {
         const Settings& settings = view_.settings;
-        if (settings.shadow < 0) return false;
-        return view_.friction ? frictionSolverTable()[static_cast<std::size_t>(settings.frictionShadow)].exact
-                              : solverTable()[static_cast<std::size_t>(settings.shadow)].exact;
+        if (settings.shadow == kNoSolver) return false;
+        return view_.friction ? findFrictionSolver(settings.frictionShadow)->exact : findSolver(settings.shadow)->exact;
     }
 
     engine::Layer cloud() const {
         const Settings& settings = view_.settings;
         engine::Layer layer{.name = {}, .points = {}, .color = kViolet};
-        if (settings.shadow < 0) return layer;
+        if (settings.shadow == kNoSolver) return layer;
         const char* shadow = view_.friction ? "friction_shadow" : "shadow";
         const char* solver = view_.friction ? "friction_solver" : "solver";
         layer.name = "ticks: " + getSetting(settings, shadowIsExact() ? solver : shadow);
@@ -269,7 +269,7 @@ class Panel {
     }
 
     std::string note(const SweepPoint& p) const {
-        std::string words(view_.sweep->nameOf(p));
+        std::string words(p.solver);
         if (p.tolerance > 0)
             words += engine::formatted(" at %.3g %s", p.tolerance, view_.sweep->mode == Mode::Paper ? "N·mm" : "N");
         words += engine::formatted("\n%.3g µs, %.3g N, %.3g mN·m, %d iterations", p.us, p.forceError, p.torqueError,
@@ -303,7 +303,7 @@ class Panel {
             engine::Layer curve{.name = std::string(name), .points = {}, .color = kColors[solver % kColors.size()]};
             curve.style = engine::Layer::Style::Line;
             for (const SweepPoint& p : view_.sweep->points) {
-                if (p.solver != static_cast<int>(solver) || p.status == SolveStatus::Invalid) continue;
+                if (p.solver != name || p.status == SolveStatus::Invalid) continue;
                 curve.points.push_back(place(p));
                 curve.notes.push_back(note(p));
             }
@@ -311,7 +311,7 @@ class Panel {
             if (friction || solverTable()[solver].exact) continue;
             engine::Layer& marker = markers.emplace_back(engine::Layer{.name = {}, .points = {}, .color = kWhite});
             marker.style = engine::Layer::Style::Marker;
-            if (const auto at = pointAt(*view_.sweep, static_cast<int>(solver), view_.settings.tolerance)) {
+            if (const auto at = pointAt(*view_.sweep, name, view_.settings.tolerance)) {
                 marker.name = engine::formatted("current tolerance: %.3g µs, %.2g N", at->us, at->forceError);
                 marker.points.push_back(place(*at));
                 marker.notes.push_back("at the current tolerance\n" + note(*at));

@@ -107,7 +107,7 @@ void drawNode(HapticScene& whole, Geometry geometry, engine::Entity node, SceneP
 const SphereTree* deepestObstacle(const World& world) {
     const SphereTree* deepest = nullptr;
     for (const Obstacle& obstacle : world.obstacles)
-        if (const SphereTree* tree = obstacle.tree.get();
+        if (const SphereTree* tree = obstacle.part.spheres.get();
             tree && (!deepest || tree->levels.size() > deepest->levels.size()))
             deepest = tree;
     return deepest;
@@ -171,7 +171,7 @@ void drawDisplay(const HapticScene& scene, bool spheres, DisplayOptions& display
                            display.sectionOffset, items, "section offset");
     }
     if (!spheres) return;
-    drawLevel("Tool spheres", scene.world->tool.get(), display.toolLevel, items);
+    drawLevel("Tool spheres", scene.world->tool.spheres.get(), display.toolLevel, items);
     drawLevel("Obstacle spheres", deepestObstacle(*scene.world), display.obstacleLevel, items);
 }
 

@@ -36,9 +36,8 @@ bool drawChoice(const char* id, const std::vector<std::string>& names, std::stri
                 value = name;
                 chosen = true;
             }
-            if (const int solver = findSolver(name); solver >= 0) engine::tooltip(solverTable()[solver].summary);
-            if (const int solver = findFrictionSolver(name); solver >= 0)
-                engine::tooltip(frictionSolverTable()[solver].summary);
+            if (const SolverInfo* solver = findSolver(name)) engine::tooltip(solver->summary);
+            if (const FrictionSolverInfo* solver = findFrictionSolver(name)) engine::tooltip(solver->summary);
         }
         ImGui::EndCombo();
     }

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "engine/ui/widgets.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/loop/settings.hpp"
 
 namespace touchstone::sandbox {

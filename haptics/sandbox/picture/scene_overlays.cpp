@@ -131,18 +131,18 @@ void SceneOverlays::findGaps(const TickRecord& record, Geometry geometry, bool s
             leaves = spheres;
             continue;
         }
-        others.push_back({obstacle.surface.get(), record.X_WT.inverse() * finder_.obstacle(i)});
-        const PlacedSurface tool{world_->toolSurface.get(), finder_.obstacle(i).inverse() * record.X_WT};
-        gapMaps_[1 + i] = gapMap(*obstacle.surface, {&tool, 1}, kShownGap);
+        others.push_back({obstacle.part.surface.get(), record.X_WT.inverse() * finder_.obstacle(i)});
+        const PlacedSurface tool{world_->tool.surface.get(), finder_.obstacle(i).inverse() * record.X_WT};
+        gapMaps_[1 + i] = gapMap(*obstacle.part.surface, {&tool, 1}, kShownGap);
     }
-    if (!others.empty()) gapMaps_[0] = gapMap(*world_->toolSurface, others, kShownGap);
+    if (!others.empty()) gapMaps_[0] = gapMap(*world_->tool.surface, others, kShownGap);
     if (!leaves) return;
     const auto clear = [](std::vector<float>& gaps, const SphereTree& tree) {
         gaps.assign(static_cast<std::size_t>(tree.leafCount()), kFar);
     };
-    clear(leafGaps_[0], *world_->tool);
+    clear(leafGaps_[0], *world_->tool.spheres);
     for (std::size_t i = 0; i < world_->obstacles.size(); ++i)
-        if (!world_->byMeshes(i, geometry)) clear(leafGaps_[1 + i], *world_->obstacles[i].tree);
+        if (!world_->byMeshes(i, geometry)) clear(leafGaps_[1 + i], *world_->obstacles[i].part.spheres);
     for (const NearPair& pair : finder_.pairs(record, geometry, kShownGap)) {
         const auto keep = [&](std::vector<float>& of, int leaf) {
             float& gap = of[static_cast<std::size_t>(leaf)];
@@ -159,7 +159,8 @@ void SceneOverlays::findNearest(const Pose& X_WT, Geometry geometry) {
         const Obstacle& obstacle = world_->obstacles[i];
         const Pose &X_WO = finder_.obstacle(i), X_OT = X_WO.inverse() * X_WT;
         if (world_->byMeshes(i, geometry)) {
-            const auto near = nearestPoints(*world_->toolSurface, *obstacle.surface, X_OT, least, &nearestFaces_[i]);
+            const auto near =
+                nearestPoints(*world_->tool.surface, *obstacle.part.surface, X_OT, least, &nearestFaces_[i]);
             if (!near) continue;
             least = near->distance();
             const Vec3 p = X_WO * near->onTool, q = X_WO * near->onObstacle;
@@ -167,10 +168,10 @@ void SceneOverlays::findNearest(const Pose& X_WT, Geometry geometry) {
             continue;
         }
         LeafPair& pair = nearestPairs_[i];
-        const double gap = leastGap(*world_->tool, *obstacle.tree, X_OT, 1e30, &pair);
+        const double gap = leastGap(*world_->tool.spheres, *obstacle.part.spheres, X_OT, 1e30, &pair);
         if (gap >= least) continue;
         least = gap;
-        const Sphere a = world_->tool->leaf(pair.toolLeaf), b = obstacle.tree->leaf(pair.obstacleLeaf);
+        const Sphere a = world_->tool.spheres->leaf(pair.toolLeaf), b = obstacle.part.spheres->leaf(pair.obstacleLeaf);
         const Vec3 p = X_WT * a.center(), q = X_WO * b.center(), n = (p - q).normalized();
         nearest_ = Nearest{p - double(a.r) * n, q + double(b.r) * n, n, gap};
     }
@@ -263,9 +264,9 @@ void SceneOverlays::addSpheres(engine::Frame& frame, const Pose& X_WT, const Dis
     const auto gapsOf = [&](std::size_t body) {
         return options.byGap && body < leafGaps_.size() && !leafGaps_[body].empty() ? &leafGaps_[body] : nullptr;
     };
-    if (world_->tool) addTree(frame, *world_->tool, X_WT, options.toolLevel, true, gapsOf(0));
+    if (world_->tool.spheres) addTree(frame, *world_->tool.spheres, X_WT, options.toolLevel, true, gapsOf(0));
     for (std::size_t i = 0; i < world_->obstacles.size(); ++i)
-        if (const SphereTree* tree = world_->obstacles[i].tree.get())
+        if (const SphereTree* tree = world_->obstacles[i].part.spheres.get())
             addTree(frame, *tree, finder_.obstacle(i), options.obstacleLevel, false, gapsOf(1 + i));
 }
 

@@ -60,16 +60,16 @@ void MotionRecorder::join(const Pose& X_WT) {
 }
 
 void MotionRecorder::add(const RecordedTick& tick) {
-    if (waits_ && !tick.input.start) return;
+    if (waits_ && !tick.start) return;
     waits_ = false;
     const Pose &X_WT_device = tick.record.X_WT_device, &X_WT = tick.record.X_WT;
-    if (tick.input.start || tick.session != session_) joins_ = true;
+    if (tick.start || tick.session != session_) joins_ = true;
     session_ = tick.session;
     if ((tick.record.flags & (kPaused | kBadInput)) || !X_WT_device.isValid()) {
         joins_ = true;
         return;
     }
-    const double dt = 1000 / tick.input.settings.rate;
+    const double dt = 1000 / tick.settings.rate;
     if (!begun_) {
         begun_ = true;
         joins_ = false;

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "haptics/device/motion.hpp"
+#include "haptics/hands/motion.hpp"
 #include "haptics/loop/step.hpp"
 
 namespace touchstone::sandbox {

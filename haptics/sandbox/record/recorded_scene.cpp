@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "engine/scene/folders.hpp"
+#include "haptics/collision/sphere_tree.hpp"
 #include "haptics/math/hash.hpp"
+#include "haptics/surface/surface.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -112,10 +114,10 @@ RecordedScene recordedScene(const std::filesystem::path& file, const World& worl
     RecordedScene scene;
     scene.file = file.empty() ? file : std::filesystem::absolute(file, error).lexically_normal();
     scene.hash = hashOf(file);
-    scene.tool = {"tool", treeHash(world.tool.get()), surfaceHash(world.toolSurface.get()), world.X_WT_start};
+    scene.tool = {"tool", treeHash(world.tool.spheres.get()), surfaceHash(world.tool.surface.get()), world.X_WT_start};
     for (const Obstacle& obstacle : world.obstacles)
-        scene.obstacles.push_back(
-            {obstacle.name, treeHash(obstacle.tree.get()), surfaceHash(obstacle.surface.get()), obstacle.X_WO});
+        scene.obstacles.push_back({obstacle.name, treeHash(obstacle.part.spheres.get()),
+                                   surfaceHash(obstacle.part.surface.get()), obstacle.X_WO});
     return scene;
 }
 

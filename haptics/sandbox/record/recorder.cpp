@@ -74,7 +74,7 @@ void Recorder::fail(const std::exception& error) {
 }
 
 void Recorder::add(const RecordedTick& tick, std::span<const Pose> X_WO) {
-    if (!failure_.empty() || (!before_ && !tick.input.start)) return;
+    if (!failure_.empty() || (!before_ && !tick.start)) return;
     try {
         if (!before_)
             begin(tick, X_WO);
@@ -115,8 +115,8 @@ void Recorder::begin(const RecordedTick& first, std::span<const Pose> X_WO) {
                           {"program", buildInfo()},
                           {"scene", toJson(facts.scene)},
                           {"device", facts.device},
-                          {"settings", toJson(first.input.settings, nullptr)},
-                          {"start", toJson(*first.input.start, X_WO)}};
+                          {"settings", toJson(first.settings, nullptr)},
+                          {"start", toJson(*first.start, X_WO)}};
     std::string text = dumped(notes, 1);
     text.resize(text.rfind('\n'));
     text += std::string(",\n ") + kChangesBegin;
@@ -136,15 +136,14 @@ void Recorder::noteChange(const RecordedTick& tick, const char* kind, ordered_js
 }
 
 void Recorder::noteChanges(const RecordedTick& tick, std::span<const Pose> X_WO) {
-    const TickInput& input = tick.input;
     if (tick.session != before_->session) {
         const SessionFacts& facts = sessions_[tick.session];
         noteChange(tick, "scene", {{"scene", toJson(facts.scene)}, {"device", facts.device}});
     }
-    const ordered_json settings = toJson(input.settings, &before_->input.settings);
+    const ordered_json settings = toJson(tick.settings, &before_->settings);
     if (!settings.empty()) noteChange(tick, "settings", {{"settings", settings}});
-    if (input.start) {
-        noteChange(tick, "start", {{"start", toJson(*input.start, X_WO)}});
+    if (tick.start) {
+        noteChange(tick, "start", {{"start", toJson(*tick.start, X_WO)}});
     } else if (tick.session != before_->session) {
         noteChange(tick, "gap", ordered_json::object());  // the first ticks of the session
     } else if (tick.record.tick != before_->record.tick + 1) {

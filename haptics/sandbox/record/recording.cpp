@@ -102,10 +102,10 @@ bool Recording::next(RecordedTick& tick) {
         fail("changes[" + std::to_string(nextChange_) + "]: " + wrong.what());
     }
     tick.session = scenes_;
-    tick.input.settings = settings_;
-    tick.input.start = std::exchange(start_, std::nullopt);
+    tick.settings = settings_;
+    tick.start = std::exchange(start_, std::nullopt);
     ticks_.next(tick);
-    if (const std::string wrong = checkSettings(tick.input.settings); !wrong.empty())
+    if (const std::string wrong = checkSettings(tick.settings); !wrong.empty())
         throw std::runtime_error((folder_ / kTicksFile).string() + ": row " + std::to_string(row) + ": " + wrong);
     return true;
 }
@@ -135,11 +135,11 @@ RecordedHand recordedHand(const fs::path& folder) {
     std::vector<MotionKey> keys;
     RecordedTick tick;
     for (double t = 0; recording.next(tick) && tick.session == 0;) {
-        const Settings& settings = tick.input.settings;
-        if (keys.empty() && tick.input.start) {
+        const Settings& settings = tick.settings;
+        if (keys.empty() && tick.start) {
             // The tool begins where it was; the device pose may have been elsewhere.
-            keys.push_back({t, tick.input.start->X_WT});
-            if (tick.input.start->loadedBefore)
+            keys.push_back({t, tick.start->X_WT});
+            if (tick.start->loadedBefore)
                 t += 1000 / settings.rate;
             else
                 keys.clear();

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "haptics/device/motion.hpp"
+#include "haptics/hands/motion.hpp"
 #include "haptics/sandbox/record/recorded_scene.hpp"
 #include "haptics/sandbox/record/tick_file.hpp"
 
@@ -47,7 +47,7 @@ class Recording {
     RecordedScene scene_;
     std::string device_;
     Settings settings_;
-    std::optional<StepStart> start_;
+    std::optional<TickStart> start_;
     std::vector<Pose> X_WO_;
     std::size_t nextChange_ = 0;
     std::uint64_t scenes_ = 0;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/loop/settings.hpp"
 
 namespace touchstone::sandbox {
@@ -75,7 +76,7 @@ RecordedScene toRecordedScene(const json& value) {
     return scene;
 }
 
-ordered_json toJson(const StepStart& start, std::span<const Pose> X_WO) {
+ordered_json toJson(const TickStart& start, std::span<const Pose> X_WO) {
     ordered_json json = {{"tick", start.tick},
                          {"tool", toJson(start.X_WT)},
                          {"device", toJson(start.X_WT_device)},
@@ -85,10 +86,10 @@ ordered_json toJson(const StepStart& start, std::span<const Pose> X_WO) {
     return json;
 }
 
-StepStart toStart(const json& value) {
+TickStart toStart(const json& value) {
     const json& loaded = fieldOf(value, "loaded_before");
     if (!loaded.is_boolean()) throw std::invalid_argument("loaded_before must be true or false");
-    StepStart start{countOf(value, "tick"), poseOf(value, "tool"), poseOf(value, "device"), loaded.get<bool>()};
+    TickStart start{countOf(value, "tick"), poseOf(value, "tool"), poseOf(value, "device"), loaded.get<bool>()};
     if (!value.contains("touching")) return start;  // nothing touched, or written before recordings had these pairs
     const json& ids = value["touching"];
     if (!ids.is_array()) throw std::invalid_argument("touching must be a list");

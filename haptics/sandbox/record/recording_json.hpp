@@ -19,13 +19,13 @@ inline constexpr const char *kChangesBegin = "\"changes\": [", *kNotesEnd = "\n 
 
 nlohmann::ordered_json toJson(const RecordedScene& scene);
 /// X_WO: obstacle poses at that moment; empty: not written.
-nlohmann::ordered_json toJson(const StepStart& start, std::span<const Pose> X_WO);
+nlohmann::ordered_json toJson(const TickStart& start, std::span<const Pose> X_WO);
 /// All settings, or those that differ from `before`, except stiffness, torsion and pause, which every row holds.
 nlohmann::ordered_json toJson(const Settings& settings, const Settings* before);
 
 /// The following throw std::invalid_argument that names the field.
 RecordedScene toRecordedScene(const nlohmann::json& json);
-StepStart toStart(const nlohmann::json& json);
+TickStart toStart(const nlohmann::json& json);
 /// Obstacle poses at a start; empty if it does not hold them.
 std::vector<Pose> toObstacles(const nlohmann::json& start);
 void applySettings(Settings& settings, const nlohmann::json& json);

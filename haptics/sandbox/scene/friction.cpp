@@ -46,24 +46,6 @@ Friction coefficients(const FrictionMaterial& material) {
     return {std::max(material.staticOr(), material.dynamicOr()), material.dynamicOr()};
 }
 
-FrictionCombine ruleOf(const BodyMarking& a, const BodyMarking& b) {
-    return std::min(a.friction->values.combineOr(), b.friction->values.combineOr());
-}
-
-double combined(double a, double b, FrictionCombine rule) {
-    switch (rule) {
-        case FrictionCombine::Average:
-            return (a + b) / 2;
-        case FrictionCombine::Minimum:
-            return std::min(a, b);
-        case FrictionCombine::Maximum:
-            return std::max(a, b);
-        case FrictionCombine::Multiply:
-            break;
-    }
-    return a * b;
-}
-
 }  // namespace
 
 std::vector<Entity> collidersOf(const Scene& scene, Entity part) {
@@ -110,11 +92,10 @@ void assignFriction(Scene& scene, const std::vector<Entity>& parts, std::vector<
     }
 }
 
-Friction frictionBetween(const BodyMarking& tool, const BodyMarking& obstacle) {
-    if (!tool.friction || !obstacle.friction) return {};
-    const Friction a = coefficients(tool.friction->values), b = coefficients(obstacle.friction->values);
-    const FrictionCombine rule = ruleOf(tool, obstacle);
-    return {combined(a.atRest, b.atRest, rule), combined(a.sliding, b.sliding, rule)};
+std::optional<Material> materialOf(const BodyMarking& part) {
+    if (!part.friction) return {};
+    // The rules of both have one order.
+    return Material{coefficients(part.friction->values), static_cast<FrictionRule>(part.friction->values.combineOr())};
 }
 
 std::string frictionWords(const BodyMarking& tool, const BodyMarking& obstacle) {
@@ -123,9 +104,10 @@ std::string frictionWords(const BodyMarking& tool, const BodyMarking& obstacle) 
                                                      : obstacle.friction ? "the tool sets none"
                                                                          : "neither part sets any");
     constexpr std::array kRules{"average", "minimum", "maximum", "product"};
-    const Friction pair = frictionBetween(tool, obstacle);
+    const std::optional<Material> a = materialOf(tool), b = materialOf(obstacle);
+    const Friction pair = frictionBetween(a, b);
     return engine::formatted("friction %g at rest, %g sliding, the %s of both materials", pair.atRest, pair.sliding,
-                             kRules[static_cast<std::size_t>(ruleOf(tool, obstacle))]);
+                             kRules[static_cast<std::size_t>(std::min(a->rule, b->rule))]);
 }
 
 std::string sourceOf(const Scene& scene, Entity part, const PartFriction& friction) {

@@ -1,10 +1,11 @@
 #pragma once
 // Friction of the parts of a scene, and of the pairs of tool and obstacle.
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "haptics/loop/world.hpp"
 #include "haptics/sandbox/scene/role.hpp"
+#include "haptics/surface/part.hpp"
 
 namespace touchstone::sandbox {
 
@@ -18,8 +19,8 @@ std::vector<engine::Entity> collidersOf(const engine::Scene& scene, engine::Enti
 void assignFriction(engine::Scene& scene, const std::vector<engine::Entity>& parts, std::vector<std::string>& notes,
                     std::vector<std::string>& warnings);
 
-/// Friction of the pair, from the coefficients of both materials; none unless both parts have a material.
-Friction frictionBetween(const BodyMarking& tool, const BodyMarking& obstacle);
+/// The part's material; nothing if it is frictionless.
+std::optional<Material> materialOf(const BodyMarking& part);
 /// As "friction 0.5 at rest, 0.4 sliding, the average of both materials".
 std::string frictionWords(const BodyMarking& tool, const BodyMarking& obstacle);
 

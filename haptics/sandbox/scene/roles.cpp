@@ -11,6 +11,8 @@
 #include "engine/scene/rigid_bodies.hpp"
 #include "engine/scene/text.hpp"
 #include "engine/scene/transforms.hpp"
+#include "haptics/builder/mesh_words.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/flat_keys.hpp"
 #include "haptics/sandbox/scene/friction.hpp"
@@ -243,7 +245,7 @@ std::vector<Pose> RoleReader::readWay(engine::Fields& fields, Entity node, const
         const auto meters = pose.vector("translation");
         if (!meters) pose.fail("translation", "three numbers, in meters");
         const auto rotation = pose.quaternion("rotation");
-        way.push_back({toMm(*meters), rotation ? toEigen(*rotation) : Quat::Identity()});
+        way.push_back({toMm(*meters), rotation ? toEigen(*rotation) : Quat(Quat::Identity())});
     }
     return way;
 }

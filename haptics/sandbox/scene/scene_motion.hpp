@@ -7,7 +7,7 @@
 
 #include "engine/scene/animation.hpp"
 #include "engine/scene/scene.hpp"
-#include "haptics/device/motion.hpp"
+#include "haptics/hands/motion.hpp"
 
 namespace touchstone::sandbox {
 

@@ -10,6 +10,7 @@
 #include "engine/scene/text.hpp"
 #include "engine/scene/transforms.hpp"
 #include "haptics/builder/mesh_repair.hpp"
+#include "haptics/builder/mesh_words.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/friction.hpp"
@@ -189,23 +190,18 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Setting
     made.motions = findMotions(scene, roles.tool, roles.obstacles, made.warnings);
     auto world = std::make_shared<World>();
     PartMaker parts(scene, options, made.warnings);
-    const auto surfaceOf = [&](Entity node) {
+    const auto partOf = [&](Entity node) {
         PartMaker::Shape shape = parts.shape(node);
         made.defects.push_back(std::move(shape.defects));
         made.repairs.push_back(std::move(shape.repairs));
-        return std::move(shape.surface);
+        const auto& body = scene.registry.get<BodyMarking>(node);
+        return Part{.surface = std::move(shape.surface), .prefersSpheres = body.spheres, .material = materialOf(body)};
     };
-    world->toolSurface = surfaceOf(roles.tool);
-    const auto& tool = scene.registry.get<BodyMarking>(roles.tool);
-    world->toolAsksForSpheres = tool.spheres;
+    world->tool = partOf(roles.tool);
     for (const Entity obstacle : roles.obstacles) {
-        const auto& body = scene.registry.get<BodyMarking>(obstacle);
         world->obstacles.push_back({.name = nameOf(scene, obstacle),
-                                    .tree = nullptr,
-                                    .X_WO = toPose(engine::worldPose(scene.registry, obstacle)),
-                                    .surface = surfaceOf(obstacle),
-                                    .asksForSpheres = body.spheres,
-                                    .friction = frictionBetween(tool, body)});
+                                    .part = partOf(obstacle),
+                                    .X_WO = toPose(engine::worldPose(scene.registry, obstacle))});
         requireValid(scene, obstacle, world->obstacles.back().X_WO, "it is");
     }
     world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());
@@ -217,23 +213,16 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Setting
     const bool all = options.allTrees || geometryOf(settings) == Geometry::Spheres;
     std::vector<std::size_t> bySpheres;
     for (std::size_t k = 0; options.trees && k < world->obstacles.size(); ++k)
-        if (all || !world->hasMeshes(k) || world->toolAsksForSpheres || world->obstacles[k].asksForSpheres)
+        if (all || !world->hasMeshes(k) || world->tool.prefersSpheres || world->obstacles[k].part.prefersSpheres)
             bySpheres.push_back(k);
-    if (!bySpheres.empty()) world->tool = parts.tree(roles.tool, 1 + bySpheres.size());
+    if (!bySpheres.empty()) world->tool.spheres = parts.tree(roles.tool, 1 + bySpheres.size());
     for (const std::size_t k : bySpheres)
-        world->obstacles[k].tree = parts.tree(roles.obstacles[k], 1 + bySpheres.size());
+        world->obstacles[k].part.spheres = parts.tree(roles.obstacles[k], 1 + bySpheres.size());
     made.world = std::move(world);
     return made;
 }
 
 Pose startPose(const HapticScene& scene) { return startOf(scene.scene, scene.roles.tool, scene.demonstration.get()); }
-
-const ExpectedOutcome* outcomeFor(const HapticScene& scene, const std::string& deviceChoice) {
-    if (deviceChoice == "demo") return &scene.outcome;
-    for (std::size_t i = 0; i < scene.motions.size(); ++i)
-        if (deviceChoice == "demo:" + scene.motions[i].name) return &scene.outcomes[i];
-    return nullptr;
-}
 
 std::optional<std::size_t> bodyOf(const HapticScene& scene, Entity node) {
     if (!node) return std::nullopt;
@@ -247,13 +236,13 @@ std::optional<std::size_t> bodyOf(const HapticScene& scene, Entity node) {
 const SphereTree* treeOf(const HapticScene& scene, Entity node) {
     const auto body = bodyOf(scene, node);
     if (!scene.world || !body) return nullptr;
-    return (*body == 0 ? scene.world->tool : scene.world->obstacles[*body - 1].tree).get();
+    return (*body == 0 ? scene.world->tool.spheres : scene.world->obstacles[*body - 1].part.spheres).get();
 }
 
 const Surface* surfaceOf(const HapticScene& scene, Entity node) {
     const auto body = bodyOf(scene, node);
     if (!scene.world || !body) return nullptr;
-    return (*body == 0 ? scene.world->toolSurface : scene.world->obstacles[*body - 1].surface).get();
+    return (*body == 0 ? scene.world->tool.surface : scene.world->obstacles[*body - 1].part.surface).get();
 }
 
 const Pose& obstaclePose(const HapticScene& scene, std::size_t obstacle) {

@@ -8,12 +8,14 @@
 #include <vector>
 
 #include "engine/scene/scene.hpp"
-#include "haptics/device/motion.hpp"
+#include "haptics/collision/sphere_tree.hpp"
+#include "haptics/hands/motion.hpp"
 #include "haptics/loop/settings.hpp"
 #include "haptics/loop/world.hpp"
 #include "haptics/sandbox/scene/outcome.hpp"
 #include "haptics/sandbox/scene/roles.hpp"
 #include "haptics/sandbox/scene/scene_unit.hpp"
+#include "haptics/surface/surface.hpp"
 
 namespace touchstone::sandbox {
 
@@ -83,10 +85,6 @@ struct HapticScene {
 const Pose& obstaclePose(const HapticScene& scene, std::size_t obstacle);
 /// The world that starts the obstacles where they are now: scene.world itself while none has moved.
 std::shared_ptr<const World> worldNow(const HapticScene& scene);
-
-/// The expected outcome of a run with this device: that of the motion which demo or demo:NAME follows; null for other
-/// devices.
-const ExpectedOutcome* outcomeFor(const HapticScene& scene, const std::string& deviceChoice);
 
 /// Initial tool pose: the first pose of the demonstration; without one, the pose of the tool node. Pre: there is a
 /// tool.

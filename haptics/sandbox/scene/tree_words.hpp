@@ -3,7 +3,6 @@
 #include <array>
 #include <string>
 
-#include "haptics/builder/mesh_repair.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/surface/surface.hpp"
 
@@ -34,13 +33,5 @@ std::string timeLeft(double seconds);
 
 /// The features of a mesh: "69666 faces, 51234 convex edges and 20123 vertices that can touch first".
 std::string meshWords(const Surface& surface);
-
-/// Why a mesh is not closed: "3 holes (40 open edges), the widest 8.1 mm across at (0.0, 3.1, 12.0) mm, and 1 edge of
-/// more than two faces".
-std::string words(const MeshDefects& defects);
-
-/// What a repair changed: "12 corners joined, 340 corners set into edges (by up to 0.0017 mm), 100 triangles without
-/// area dropped, 1 hole closed: 4.2 mm across at (0.0, 3.1, 12.0) mm"; empty if nothing.
-std::string words(const RepairedMesh& body);
 
 }  // namespace touchstone::sandbox

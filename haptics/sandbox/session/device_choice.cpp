@@ -2,24 +2,54 @@
 
 #include <stdexcept>
 
-#include "haptics/device/motion.hpp"
+#include "haptics/hands/motion.hpp"
 #include "haptics/sandbox/devices/all_devices.hpp"
 #include "haptics/sandbox/record/recording.hpp"
 
 namespace touchstone::sandbox {
 
+namespace {
+
+const DeviceInfo* infoOf(const std::string& choice) {
+    return findDevice(std::string_view(choice).substr(0, choice.find(':')), allDevices());
+}
+
+/// The text after ':'; empty if there is none.
+std::string fileOf(const std::string& choice) {
+    const auto colon = choice.find(':');
+    return colon == std::string::npos ? "" : choice.substr(colon + 1);
+}
+
+}  // namespace
+
 std::optional<std::filesystem::path> recordingOf(const std::string& choice) {
-    constexpr std::string_view kReplay = "replay:";
     std::error_code error;
-    if (!choice.starts_with(kReplay)) return {};
-    std::filesystem::path folder = choice.substr(kReplay.size());
+    if (!traitsOf(choice).followsFile) return {};
+    std::filesystem::path folder = fileOf(choice);
     if (!std::filesystem::is_directory(folder, error)) return {};
     return folder;
 }
 
 Mover moverOf(const std::string& choice) {
-    const DeviceInfo* info = findDevice(choice.substr(0, choice.find(':')), allDevices());
+    const DeviceInfo* info = infoOf(choice);
     return info ? info->mover : Mover::Nothing;
+}
+
+DeviceTraits traitsOf(const std::string& choice) {
+    const DeviceInfo* info = infoOf(choice);
+    return info ? info->traits : DeviceTraits{};
+}
+
+const ExpectedOutcome* outcomeFor(const HapticScene& scene, const std::string& choice) {
+    if (!traitsOf(choice).followsMotion) return nullptr;
+    if (followsDemonstration(choice)) return &scene.outcome;
+    for (std::size_t i = 0; i < scene.motions.size(); ++i)
+        if (scene.motions[i].name == fileOf(choice)) return &scene.outcomes[i];
+    return nullptr;
+}
+
+bool followsDemonstration(const std::string& choice) {
+    return traitsOf(choice).followsMotion && choice.find(':') == std::string::npos;
 }
 
 std::string defaultDevice(const HapticScene& scene, bool window) {
@@ -29,10 +59,9 @@ std::string defaultDevice(const HapticScene& scene, bool window) {
 std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string& choice,
                                     std::shared_ptr<MouseTarget> mouse, const std::optional<Pose>& X_WT_start) {
     if (const auto folder = recordingOf(choice)) return std::make_unique<MotionDevice>(recordedHand(*folder).motion);
-    const auto colon = choice.find(':');
-    const std::string name = choice.substr(0, colon);
-    const DeviceInfo* info = findDevice(name, allDevices());
+    const DeviceInfo* info = infoOf(choice);
     if (!info) {
+        const std::string name = choice.substr(0, choice.find(':'));
         std::string names;
         for (const DeviceInfo& device : allDevices()) names += (names.empty() ? "" : ", ") + std::string(device.name);
         throw std::runtime_error("unknown device '" + name + "': choose one of " + names);
@@ -42,7 +71,7 @@ std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string&
                        .demonstration = scene.demonstration,
                        .motions = scene.motions,
                        .mouse = std::move(mouse),
-                       .file = colon == std::string::npos ? "" : choice.substr(colon + 1)});
+                       .file = fileOf(choice)});
 }
 
 }  // namespace touchstone::sandbox

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "haptics/device/device.hpp"
+#include "haptics/device/device_table.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 
 namespace touchstone::sandbox {
@@ -15,6 +15,14 @@ std::optional<std::filesystem::path> recordingOf(const std::string& choice);
 
 /// What moves the device of a choice; nothing for an unknown device.
 Mover moverOf(const std::string& choice);
+/// Its other traits; none for an unknown device.
+DeviceTraits traitsOf(const std::string& choice);
+
+/// The expected outcome of a run with this device: that of the motion which demo or demo:NAME follows; null for other
+/// devices.
+const ExpectedOutcome* outcomeFor(const HapticScene& scene, const std::string& choice);
+/// Whether the device follows the scene's own demonstration.
+bool followsDemonstration(const std::string& choice);
 
 /// The device that moves the tool when the user chose none: the demonstration; without one, in a window the mouse, and
 /// else nothing, so that the tool rests at its start.

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "haptics/device/control.hpp"
-#include "haptics/device/mouse.hpp"
+#include "haptics/hands/mouse.hpp"
 
 namespace touchstone::sandbox {
 

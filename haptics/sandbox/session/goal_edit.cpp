@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/scene/transforms.hpp"
+#include "haptics/loop/distances.hpp"
 #include "haptics/loop/step.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 

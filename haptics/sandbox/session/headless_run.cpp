@@ -14,7 +14,9 @@
 #include <vector>
 
 #include "haptics/device/control.hpp"
+#include "haptics/device/device_table.hpp"
 #include "haptics/device/emergency_stop.hpp"
+#include "haptics/loop/distances.hpp"
 #include "haptics/loop/tick_driver.hpp"
 #include "haptics/sandbox/measure/watched_solver.hpp"
 #include "haptics/sandbox/record/recorder.hpp"
@@ -89,25 +91,25 @@ class Pass {
     const std::optional<double>& whole() const { return whole_; }
     const Settings& settings() const { return replay_ ? replay_->settings() : driver_->settings(); }
     const std::shared_ptr<const World>& world() const { return replay_ ? replay_->world() : driver_->session().world; }
-    const StepState& state() const { return replay_ ? replay_->state() : driver_->session().state; }
+    const TickState& state() const { return replay_ ? replay_->state() : driver_->session().state; }
     /// Late ticks; absent if the pass is not paced.
     std::optional<std::uint64_t> overruns() const { return pacer_ ? std::optional(pacer_->overruns()) : std::nullopt; }
     const TickDriver* driver() const { return driver_ ? &*driver_ : nullptr; }
     const ReplayPass* replay() const { return replay_ ? &*replay_ : nullptr; }
     /// The newest tick with its input; `record` is its record.
     RecordedTick recordedTick(const TickRecord& record) const {
-        return {state().input(), record, replay_ ? replay_->tick().session : 0};
+        return touchstone::recordedTick(state(), record, replay_ ? replay_->tick().session : 0);
     }
 
   private:
-    static void watch(StepState& state, const Settings& settings, const HeadlessOptions& options) {
+    static void watch(TickState& state, const Settings& settings, const HeadlessOptions& options) {
         if (options.onSolve) {
-            std::unique_ptr<Solver>& renderer = state.renderer(settings.solver);
-            renderer = std::make_unique<WatchedSolver>(std::move(renderer), options.onSolve);
+            std::unique_ptr<Solver>& solver = renderer(state, settings.solver);
+            solver = std::make_unique<WatchedSolver>(std::move(solver), options.onSolve);
         }
         if (options.onFrictionSolve) {
-            std::unique_ptr<FrictionSolver>& renderer = state.frictionRenderer(settings.frictionSolver);
-            renderer = std::make_unique<WatchedFrictionSolver>(std::move(renderer), options.onFrictionSolve);
+            std::unique_ptr<FrictionSolver>& solver = frictionRenderer(state, settings.frictionSolver);
+            solver = std::make_unique<WatchedFrictionSolver>(std::move(solver), options.onFrictionSolve);
         }
     }
 
@@ -148,7 +150,7 @@ class TimedPass {
 
   private:
     static Settings unshadowed(Settings settings) {
-        settings.shadow = -1;
+        settings.shadow = kNoSolver;
         return settings;
     }
     static HeadlessOptions unwatched(HeadlessOptions options) {
@@ -339,7 +341,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
         }
         noteStrongest(run.strongest, run.last, run.settings, ++ticks);
         progress(halves ? *pass.whole() * run.settings.rate : 0, static_cast<double>(ticks));
-        if (recorder) recorder->add(pass.recordedTick(run.last), pass.state().obstaclesAtStart());
+        if (recorder) recorder->add(pass.recordedTick(run.last), obstaclesAtStart(pass.state()));
         if (options.onTick) options.onTick(run.last, penetration);
         if (options.onRecord) options.onRecord(pass.recordedTick(run.last));
     }

@@ -1,4 +1,5 @@
 #include "haptics/sandbox/session/live_recording.hpp"
+#include "haptics/threads/rt_thread.hpp"
 
 #include <chrono>
 #include <utility>

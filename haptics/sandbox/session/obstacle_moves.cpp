@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
 namespace touchstone::sandbox {

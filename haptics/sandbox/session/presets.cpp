@@ -1,4 +1,5 @@
 #include "haptics/sandbox/session/presets.hpp"
+#include "haptics/loop/setting_table.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -7,10 +8,9 @@ namespace touchstone::sandbox {
 
 Settings withMode(Settings settings, Mode mode) {
     if (settings.mode == mode) return settings;
-    const int pqp = findSolver("pqp");
     settings.mode = mode;
-    settings.solver = mode == Mode::Paper ? pqp : kExactSolver;
-    settings.shadow = mode == Mode::Default ? pqp : -1;
+    settings.solver = mode == Mode::Paper ? "pqp" : kExactSolver;
+    settings.shadow = mode == Mode::Default ? "pqp" : kNoSolver;
     settings.tolerance = 0.01;
     return settings;
 }
@@ -21,7 +21,7 @@ Settings withGeometry(Settings settings, Geometry geometry) {
 }
 
 Settings withSolversSwapped(Settings settings) {
-    if (settings.shadow < 0) return settings;
+    if (settings.shadow == kNoSolver) return settings;
     std::swap(settings.solver, settings.shadow);
     std::swap(settings.frictionSolver, settings.frictionShadow);
     return settings;
@@ -41,7 +41,7 @@ std::span<const Preset> presetTable() {
          [](const Settings& scene) {
              Settings settings = withMode(scene, Mode::Default);
              settings.rate = 10'000;
-             settings.shadow = -1;
+             settings.shadow = kNoSolver;
              return settings;
          }},
         {"spheres", "The default, but parts touch by their sphere trees, as in the paper, not by their triangles.",

@@ -32,7 +32,7 @@ void ReplayPass::enterScene(const std::filesystem::path& openedFile, const std::
             check_.otherPart = check_.differences.back();
         world_ = opened;
     }
-    state_ = std::make_unique<StepState>(*world_);
+    state_ = std::make_unique<TickState>(*world_);
 }
 
 bool ReplayPass::next(TickRecord& record, const TickClocks& clocks, bool audit) {
@@ -46,25 +46,21 @@ bool ReplayPass::next(TickRecord& record, const TickClocks& clocks, bool audit) 
         if (!opened.world) throw std::runtime_error(file.string() + ": " + opened.missing);
         enterScene(file, opened.world);
     }
-    if (recorded_.input.start) {
-        state_->begin(*recorded_.input.start, recording_.obstacles());
+    if (recorded_.start) {
+        state_->begin(*recorded_.start, recording_.obstacles());
         lost_ = false;
     }
     if (recording_.takeGap()) lost_ = true;
-    settings_ = adjusted(recorded_.input.settings);
-    if (!settingsNoted_ && !(settings_ == recorded_.input.settings)) {
+    settings_ = adjusted(recorded_.settings);
+    if (!settingsNoted_ && !(settings_ == recorded_.settings)) {
         settingsNoted_ = true;
         check_.differences.push_back("the settings are not those recorded, as requested");
     }
 
     const double began = clocks.cpuMicroseconds ? clocks.cpuMicroseconds() : 0;
-    // At most one obstacle moved in a tick; the others stay.
-    targets_.assign(state_->obstacles().begin(), state_->obstacles().end());
-    if (const auto k = static_cast<std::size_t>(recorded_.input.obstacle); k < targets_.size())
-        targets_[k] = recorded_.input.X_WO;
-    record = step(*world_, settings_, {recorded_.input.X_WT_device, {}, targets_}, *state_, clocks.stage, audit);
+    record = step(*world_, settings_, recorded_.input, *state_, {.clock = clocks.stage, .audit = audit});
     if (clocks.cpuMicroseconds) record.totalUs = clocks.cpuMicroseconds() - began;
-    replayed_ = {state_->input(), record, session_};
+    replayed_ = recordedTick(*state_, record, session_);
 
     const std::uint64_t row = check_.ticks++;
     if (lost_)

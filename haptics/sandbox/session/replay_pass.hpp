@@ -40,8 +40,8 @@ class ReplayPass {
     /// As it was recorded, but for the file: where it is now.
     const RecordedScene& scene() const { return scene_; }
     const Settings& settings() const { return settings_; }
-    StepState& state() { return *state_; }
-    const StepState& state() const { return *state_; }
+    TickState& state() { return *state_; }
+    const TickState& state() const { return *state_; }
     const ReplayCheck& check() const { return check_; }
     std::uint64_t rows() const { return recording_.rows(); }
 
@@ -54,8 +54,7 @@ class ReplayPass {
     RecordedScene scene_;
     std::function<Settings(const Settings&)> adjust_;
     std::shared_ptr<const World> world_;
-    std::unique_ptr<StepState> state_;
-    std::vector<Pose> targets_;  // obstacle poses that the next tick receives
+    std::unique_ptr<TickState> state_;
     std::uint64_t session_ = 0;
     Settings settings_;
     RecordedTick recorded_, replayed_;

@@ -44,11 +44,11 @@ void LiveSession::take(const RecordedTick& tick) {
             "another solver");
     if (options_.onTick) options_.onTick(tick.record);
     if (tick.session != loopSession_ || replayed_.empty()) return;
-    if (tick.input.start) {
+    if (tick.start) {
         replayMs_ = 0;
         nextReplayed_ = 0;
     }
-    replayMs_ += 1000 / tick.input.settings.rate;
+    replayMs_ += 1000 / tick.settings.rate;
 }
 
 /// Applies recorded settings, accurate to one frame; the loop itself ramps them.

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "haptics/loop/work_limits.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/session/placed_device.hpp"
 
@@ -28,7 +29,7 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     } else {
         mouse = std::make_shared<MouseTarget>();
         device = startDevice(*next.scene, choice, mouse, X_WT_start);
-        if (choice != "mouse") mouse.reset();
+        if (!traitsOf(choice).needsWindow) mouse.reset();
     }
     if (geometryOf(begin) == Geometry::Spheres && !next.world->hasSpheres()) {
         SceneRequest request = next.request;
@@ -69,7 +70,7 @@ void LiveSession::startOrMouse(const Shown& next, const Settings& settings, cons
     try {
         start(next, settings, choice, X_WT_start);
     } catch (const std::runtime_error& e) {
-        if (choice == "mouse") throw;
+        if (traitsOf(choice).needsWindow) throw;
         log_.say(Message::Kind::Error, e.what());
         start(next, settings, "mouse", X_WT_start);
         device_.trouble = e.what();
@@ -179,7 +180,7 @@ void LiveSession::saySpheres(const HapticScene* scene) {
 
 void LiveSession::restart() {
     if (!running() || next_) return;
-    if (device_.mouse || device_.control || device_.choice == "rest")
+    if (device_.mouse || device_.control || moverOf(device_.choice) == Mover::Nothing)
         chooseDevice(device_.choice);
     else
         loop_->restart();

@@ -198,8 +198,8 @@ void LiveSession::takeOpened() {
                 continue;
             }
             // Keep a hardware device, or the device of an edited scene, across the change.
-            const bool goesOn =
-                device_.control || (next.request.settings && !device_.choice.empty() && device_.choice != "demo");
+            const bool goesOn = device_.control || (next.request.settings && !device_.choice.empty() &&
+                                                    !followsDemonstration(device_.choice));
             startOrMouse(next, settings,
                          goesOn                     ? device_.choice
                          : !options_.device.empty() ? options_.device

@@ -10,6 +10,7 @@
 #include "engine/scene/fields.hpp"
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/text.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/math/nearest_name.hpp"
 #include "haptics/math/numbers.hpp"
 #include "haptics/sandbox/session/presets.hpp"
@@ -178,12 +179,12 @@ Condition readCondition(Reader reader, const Condition& usual) {
 
 Settings Condition::settings(Settings changed) const {
     const auto fail = [&](const std::string& wrong) { throw std::runtime_error("condition '" + name + "': " + wrong); };
-    changed.shadow = -1;
+    changed.shadow = kNoSolver;
     for (const auto& [key, value] : set) {
         Settings asked = changed;
         if (const std::string wrong = setSetting(asked, key, value); !wrong.empty()) fail(wrong);
         changed = key == "mode" ? withMode(changed, asked.mode) : asked;
-        if (key == "mode") changed.shadow = -1;
+        if (key == "mode") changed.shadow = kNoSolver;
     }
     for (const auto& [key, value] : set)
         if (const std::string wrong = checkAskedFriction(changed, key); !wrong.empty()) fail(wrong);

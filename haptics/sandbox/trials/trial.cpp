@@ -8,7 +8,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "haptics/device/device_table.hpp"
 #include "haptics/device/emergency_stop.hpp"
+#include "haptics/loop/distances.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/loop/tick_driver.hpp"
 #include "haptics/math/hash.hpp"
 #include "haptics/sandbox/measure/fit_check.hpp"
@@ -38,8 +41,8 @@ std::string numberText(double value) {
 /// Between the tool and any obstacle, at rest.
 double greatestFriction(const World& world, const Settings& settings) {
     double greatest = 0;
-    for (const Obstacle& obstacle : world.obstacles)
-        if (settings.mode == Mode::Default) greatest = std::max(greatest, obstacle.frictionIn(settings).atRest);
+    for (std::size_t k = 0; settings.mode == Mode::Default && k < world.obstacles.size(); ++k)
+        greatest = std::max(greatest, world.friction(k, settings).atRest);
     return greatest;
 }
 
@@ -110,7 +113,8 @@ void TrialMeasures::write(ordered_json& row, TrialEnd end) const {
 bool isMeasuredTime(const std::string& column) { return column.starts_with("cpu_") || column == "deadline_misses"; }
 
 std::string deviceOf(const Condition& condition, const Trial& trial) {
-    return condition.device == "insert" ? "insert:" + std::to_string(trial.seed) : condition.device;
+    const bool seeds = traitsOf(condition.device).takesSeed && condition.device.find(':') == std::string::npos;
+    return seeds ? condition.device + ":" + std::to_string(trial.seed) : condition.device;
 }
 
 bool movesByItself(const std::string& device) { return moverOf(device) == Mover::Program; }
@@ -134,7 +138,7 @@ ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const 
                       const TrialMeasures& measures, TrialEnd end, const TickRecord& last,
                       const std::filesystem::path& folder) {
     const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
-    const bool approximate = settings.mode != Mode::Penalty && !solverTable()[settings.solver].exact;
+    const bool approximate = settings.mode != Mode::Penalty && !findSolver(settings.solver)->exact;
     ordered_json row = trialColumns(protocol, trial);
     row["scene"] = sceneName(scene);
     row["scene_hash"] = hashOf(scene.scene.file);
@@ -181,7 +185,7 @@ std::optional<ordered_json> runTrial(const HapticScene& scene, const Protocol& p
         if (pacer) clocks.periodMs = period.begin();
         tick = driver.tick(clocks);
         if (pacer) tick.overruns = pacer->overruns();
-        recorder.add({driver.session().state.input(), tick, driver.session().number});
+        recorder.add(recordedTick(driver.session().state, tick, driver.session().number));
         measures.add(tick, dt);
         end = endOf(measures.phases(), condition);
         if (pacer) pacer->wait();

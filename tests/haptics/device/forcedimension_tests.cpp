@@ -1,6 +1,7 @@
 // Tests the driver against a fake of the vendor's libraries, in normal operation and for each fault.
 #include "haptics/device/forcedimension.hpp"
 
+#include "haptics/device/device_table.hpp"
 #include "haptics/device/dhd_library.hpp"
 #include "haptics/device/forcedimension_link.hpp"
 #include "tests/support/arm_matrix.hpp"

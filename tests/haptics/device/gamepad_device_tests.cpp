@@ -1,4 +1,4 @@
-// The worked example of docs/extending.md: it compiles and works, and the page quotes it word for word.
+// The worked examples of docs/extending.md: they compile and work, and the page quotes them word for word.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "haptics/device/device.hpp"
+#include "haptics/device/device_table.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace touchstone {
@@ -26,10 +27,13 @@ std::string textOf(const char* file) {
 
 }  // namespace
 
-TEST_CASE("extending: the example of a device is quoted word for word", "[device]") {
-    const std::string example = textOf("/docs/examples/gamepad_device.cpp");
-    REQUIRE(example.size() > 1000);
-    CHECK(textOf("/docs/extending.md").find("```cpp\n" + example + "```\n") != std::string::npos);
+TEST_CASE("extending: the examples are quoted word for word", "[device]") {
+    for (const char* file : {"/docs/examples/gamepad_device.cpp", "/tests/package/consumer.cpp"}) {
+        const std::string example = textOf(file);
+        CAPTURE(file);
+        REQUIRE(example.size() > 1000);
+        CHECK(textOf("/docs/extending.md").find("```cpp\n" + example + "```\n") != std::string::npos);
+    }
 }
 
 TEST_CASE("extending: the example is a device", "[device]") {

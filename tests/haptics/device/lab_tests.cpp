@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "haptics/device/device_table.hpp"
 #include "haptics/device/lab_link.hpp"
 #include "tests/support/alloc_count.hpp"
 #include "tests/support/arm_matrix.hpp"

@@ -3,6 +3,7 @@
 
 #include <clocale>
 
+#include "haptics/device/device_table.hpp"
 #include "haptics/device/hd_library.hpp"
 #include "haptics/device/phantom_link.hpp"
 #include "tests/support/fake_hd/fake_hd_device.hpp"

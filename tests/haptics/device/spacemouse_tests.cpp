@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "haptics/device/control.hpp"
+#include "haptics/device/device_table.hpp"
 
 namespace touchstone::spacemouse_tests {
 

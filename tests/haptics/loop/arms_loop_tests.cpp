@@ -2,6 +2,7 @@
 #include <atomic>
 #include <thread>
 
+#include "haptics/device/device_table.hpp"
 #include "haptics/device/lab.hpp"
 #include "haptics/loop/haptic_loop.hpp"
 #include "tests/support/arm_matrix.hpp"

@@ -7,8 +7,11 @@
 #include <functional>
 
 #include "haptics/device/control.hpp"
-#include "haptics/device/held_motion.hpp"
-#include "haptics/device/mouse.hpp"
+#include "haptics/device/device_table.hpp"
+#include "haptics/hands/hand_table.hpp"
+#include "haptics/hands/held_motion.hpp"
+#include "haptics/hands/mouse.hpp"
+#include "haptics/loop/distances.hpp"
 #include "haptics/loop/tick_driver.hpp"
 #include "tests/support/any_number.hpp"
 #include "tests/support/ground_world.hpp"
@@ -131,13 +134,13 @@ TEST_CASE("step: an invalid pose holds the tool without force until a valid one 
     const Settings settings = settingsOf(mode, geometry);
     for (const Pose& bad : badPoses()) {
         CAPTURE(int(mode), int(geometry), bad.p.transpose(), bad.q.coeffs().transpose());
-        StepState state(world);
+        TickState state(world);
         TickRecord before;
         for (int tick = 0; tick < 200; ++tick)
             before = step(world, settings, {at(0, std::max(18.0, 25 - 0.05 * tick), 0)}, state);
         REQUIRE(before.wrench_C.force.y() > 1);
         for (int again = 0; again < 3; ++again) {
-            const TickRecord r = step(world, settings, {bad}, state, {}, true);
+            const TickRecord r = step(world, settings, {bad}, state, {.audit = true});
             requireFinite(r);
             REQUIRE(r.flags == kBadInput);
             REQUIRE(isZero(r.wrench_C));
@@ -156,7 +159,7 @@ TEST_CASE("step: the tool goes to the end of the range and back", "[step]") {
     const auto [mode, geometry] = GENERATE(from_range(kWays));
     if (mode == Mode::Penalty) return;  // its virtual coupling follows slowly
     const Settings settings = settingsOf(mode, geometry);
-    StepState state(world);
+    TickState state(world);
     const Pose end = at(1e6, 1e6, -1e6);
     TickRecord r;
     for (int tick = 0; tick < 20; ++tick) requireFinite(r = step(world, settings, {end}, state));
@@ -172,22 +175,22 @@ TEST_CASE("step: the tool goes to the end of the range and back", "[step]") {
 TEST_CASE("step: an invalid target pose of an obstacle holds everything", "[step]") {
     const World world = balls();
     const Settings settings = settingsOf(Mode::Default, GENERATE(Geometry::Spheres, Geometry::Mesh));
-    StepState state(world);
+    TickState state(world);
     step(world, settings, {at(0, 25, 0)}, state);
     for (const Pose& bad : badPoses()) {
-        const TickRecord r = step(world, settings, {at(0, 24, 0), {}, std::span(&bad, 1)}, state);
+        const TickRecord r = step(world, settings, {at(0, 24, 0), state.nextMove(std::span(&bad, 1))}, state);
         REQUIRE(r.flags == kBadInput);
         REQUIRE(isZero(r.wrench_C));
         REQUIRE(r.X_WT.p == Vec3(0, 25, 0));
         REQUIRE(state.obstacles()[0] == Pose{});
         // The recorded input reproduces it.
-        REQUIRE(state.input().obstacle == 0);
-        StepState again(world);
-        std::vector<Pose> targets{state.input().X_WO};
-        REQUIRE(step(world, settings, {state.input().X_WT_device, {}, targets}, again).flags == kBadInput);
+        const TickInput recorded = recordedTick(state, r).input;
+        REQUIRE(recorded.move.obstacle == 0);
+        TickState again(world);
+        REQUIRE(step(world, settings, recorded, again).flags == kBadInput);
     }
     const Pose good = at(0, -1, 0);
-    CHECK((step(world, settings, {at(0, 24, 0), {}, std::span(&good, 1)}, state).flags & kBadInput) == 0);
+    CHECK((step(world, settings, {at(0, 24, 0), state.nextMove(std::span(&good, 1))}, state).flags & kBadInput) == 0);
     CHECK(state.obstacles()[0].p.y() < 0);
 }
 
@@ -195,8 +198,8 @@ TEST_CASE("step: a state that begins with an invalid pose is held until it resta
     const Settings settings = settingsOf(Mode::Default, GENERATE(Geometry::Spheres, Geometry::Mesh));
     for (const Pose& bad : badPoses()) {
         World world = balls();
-        StepState state(world);
-        const auto held = [&](StepState& its) {
+        TickState state(world);
+        const auto held = [&](TickState& its) {
             const TickRecord r = step(world, settings, {at(0, 24, 0)}, its);
             requireFinite(r);
             return r.flags == kBadInput && isZero(r.wrench_C);
@@ -213,11 +216,11 @@ TEST_CASE("step: a state that begins with an invalid pose is held until it resta
         REQUIRE_FALSE(held(state));
 
         world.obstacles[0].X_WO = bad;
-        StepState misplaced(world);
+        TickState misplaced(world);
         REQUIRE(held(misplaced));
         world.obstacles[0].X_WO = {};
         world.X_WT_start = bad;
-        StepState astray(world);
+        TickState astray(world);
         REQUIRE(held(astray));
         astray.reset(at(0, 25, 0));
         REQUIRE_FALSE(held(astray));
@@ -233,15 +236,15 @@ TEST_CASE("step: arbitrary numbers as poses give finite records, and only valid 
         test::withMeshes(test::worldOf(test::blob(70, 20, seed), test::blob(130, 20, seed + 50), at(0, 60, 0)),
                          test::blobMesh(20, 12, 7), test::blobMesh(20, 10, 6));
     const Settings settings = settingsOf(mode, geometry);
-    StepState state(world);
+    TickState state(world);
     PenetrationMeter meter(world);
     for (int tick = 0; tick < 300; ++tick) {
-        StepInput input{{any.vector(), any.quaternion()}};
+        TickInput input{{any.vector(), any.quaternion()}};
         if (any.next() % 3) input.X_WT_device = {0.6 * Vec3(any.small(), any.small(), any.small()), any.rotation()};
         const Pose target{any.vector(), any.quaternion()};
-        if (any.next() % 5 == 0) input.X_WO = std::span(&target, 1);
-        const bool bad = !input.X_WT_device.isValid() || (!input.X_WO.empty() && !target.isValid());
-        const TickRecord r = step(world, settings, input, state, {}, true);
+        if (any.next() % 5 == 0) input.move = state.nextMove({&target, 1});
+        const bool bad = !input.X_WT_device.isValid() || (input.move.obstacle >= 0 && !target.isValid());
+        const TickRecord r = step(world, settings, input, state, {.audit = true});
         requireFinite(r);
         REQUIRE(((r.flags & kBadInput) != 0) == bad);
         if (bad) REQUIRE(isZero(r.wrench_C));
@@ -298,7 +301,7 @@ TEST_CASE("devices: a motion through invalid poses is bad input meanwhile, playe
              {std::pair{"demo", std::string()}, {"replay", file.string()}, {"hand", std::string("0.1,500,14,2")}}) {
             CAPTURE(far, name);
             context.file = after;
-            Run run(findDevice(name)->make(context));
+            Run run(findDevice(name, handTable())->make(context));
             run.ticks(200);
             for (int t = 200; t <= 201; ++t) {
                 const TickRecord r = run.ticks(1);
@@ -322,7 +325,7 @@ TEST_CASE("devices: a motion that begins with an invalid pose becomes valid late
     context.demonstration = std::make_shared<RecordedMotion>(
         std::vector<MotionKey>{{0, at(1e308, 0, 0)}, {1, at(0, 8, 0)}, {9, at(0, 8, 0)}});
     context.file = GENERATE("", "0.1,500,14,0");
-    Run run(findDevice(context.file.empty() ? "demo" : "hand")->make(context));
+    Run run(findDevice(context.file.empty() ? "demo" : "hand", handTable())->make(context));
     CHECK(run.ticks(1).flags == kBadInput);
     CHECK(run.ticks(1).flags == 0);
     CHECK((run.ticks(5).X_WT.p - Vec3(0, 8, 0)).norm() < 1e-9);

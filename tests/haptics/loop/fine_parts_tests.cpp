@@ -46,7 +46,7 @@ void walk(const Case& c, int ticks, unsigned seed) {
         return Pose{expRotation(around * Vec3::UnitZ()) * (c.beside + Vec3(0, 0, 5 * uniform(random))),
                     expRotation(std::numbers::pi * uniform(random) * Vec3::UnitZ())};
     });
-    StepState state(world);
+    TickState state(world);
     const Settings settings = settingsFor(Geometry::Mesh);
     int loaded = 0;
     for (int tick = 0; tick < ticks; ++tick) {

@@ -18,7 +18,7 @@ namespace {
 constexpr double kDistance = 0.002;
 
 World with(World world, const Friction& friction) {
-    world.obstacles[0].friction = friction;
+    rub(world, friction);
     return world;
 }
 
@@ -31,7 +31,7 @@ World blockOnPlane(Geometry geometry, const Friction& friction) {
 }
 
 /// Leads the device along a line in steps of at most `by` mm; returns the last tick.
-TickRecord lead(const World& world, StepState& state, const Settings& settings, Pose& device, const Vec3& to,
+TickRecord lead(const World& world, TickState& state, const Settings& settings, Pose& device, const Vec3& to,
                 double by = 0.01) {
     TickRecord record;
     const Vec3 from = device.p;
@@ -98,7 +98,7 @@ TEST_CASE("friction: a block holds up to the coefficient at rest, slides against
         const double angle = 2 * std::numbers::pi * k / 64;
         const Vec3 along(std::cos(angle), std::sin(angle), 0);
         CAPTURE(k);
-        StepState state(world);
+        TickState state(world);
         Pose device = world.X_WT_start;
         const Pose start = lead(world, state, settings, device, device.p - Vec3(0, 0, 2)).X_WT;
         double held = 0, slid = 0;
@@ -133,7 +133,7 @@ TEST_CASE("friction: on an incline a block holds below the angle of friction and
     // The plane of leaves is a ball, whose normals under the feet differ by 1e-5 rad.
     const double margin = geometry == Geometry::Mesh ? 1e-6 : 1e-4;
     for (const double off : {-margin, margin}) {
-        StepState state(world);
+        TickState state(world);
         Pose device = world.X_WT_start;
         const Settings settings = settingsFor(geometry);
         const Pose start = lead(world, state, settings, device, device.p + Vec3(0, 0, -1)).X_WT;
@@ -157,7 +157,7 @@ TEST_CASE("friction: on an incline a block holds below the angle of friction and
 TEST_CASE("friction: a block that sticks does not creep however the hand trembles", "[step][friction]") {
     const World world = blockOnPlane(Geometry::Mesh, {0.5, 0.5});
     const Settings settings = settingsFor(Geometry::Mesh);
-    StepState state(world);
+    TickState state(world);
     Pose device = world.X_WT_start;
     const double normal = 3;
     Pose start = lead(world, state, settings, device, device.p + Vec3(0, 0, -normal)).X_WT;
@@ -203,7 +203,7 @@ TEST_CASE("friction: a wedge that was pressed in stays if its half angle is belo
         CAPTURE(mu);
         const World world = with(meshWorld(wedge(4, 4 + 10 * slope, 0, 10), walls, at(0, 0, 11)), {mu, mu});
         const Settings settings = settingsFor(Geometry::Mesh);
-        StepState state(world);
+        TickState state(world);
         Pose device = world.X_WT_start;
         const TickRecord pressed = lead(world, state, settings, device, Vec3(0, 0, 5));
         CHECK(pressed.wrench_C.force.z() > 3);
@@ -224,7 +224,7 @@ TEST_CASE("friction: along a groove it is that of the flat divided by the sine o
     CAPTURE(half);
     const World world = with(meshWorld(vee(-1, 3, half), groove(half), at(0, 0, 0.1)), {mu, mu});
     const Settings settings = settingsFor(Geometry::Mesh);
-    StepState state(world);
+    TickState state(world);
     Pose device = world.X_WT_start;
     const double rest = lead(world, state, settings, device, Vec3(0, 0, -0.5)).X_WT.p.z();
     lead(world, state, settings, device, Vec3(0, 0, rest - normal));
@@ -238,12 +238,12 @@ TEST_CASE("friction: an obstacle that moves drags the tool along", "[step][frict
     for (const double mu : {0.0, 0.5}) {
         const World world = blockOnPlane(Geometry::Mesh, {mu, mu});
         const Settings settings = settingsFor(Geometry::Mesh);
-        StepState state(world);
+        TickState state(world);
         Pose device = world.X_WT_start;
         lead(world, state, settings, device, device.p + Vec3(0, 0, -2));
         const std::vector<Pose> target{at(0.4, 0, 0)};
         TickRecord record;
-        for (int i = 0; i < 50; ++i) record = step(world, settings, {device, {}, target}, state);
+        for (int i = 0; i < 50; ++i) record = step(world, settings, {device, state.nextMove(target)}, state);
         CHECK(state.obstacles()[0].p.x() == Approx(0.4));
         CHECK(record.X_WT.p.x() == Approx(mu > 0 ? 0.4 : 0).margin(1e-6));
     }
@@ -268,7 +268,7 @@ TEST_CASE("friction: no tick drives the hand, nothing overlaps, and the answer o
     CAPTURE(c.name, mu);
     const World world = with(meshWorld(c.tool, c.obstacle, at(0, 0, 30)), {mu, mu});
     const Settings settings = settingsFor(Geometry::Mesh);
-    StepState state(world);
+    TickState state(world);
     WanderingHand hand(unsigned(41 + which), c.size);
     int loaded = 0, sticking = 0, soft = 0, held = 0, inexact = 0;
     for (int tick = 0; tick < 3000; ++tick) {
@@ -300,7 +300,7 @@ TEST_CASE("friction: a tick ends after 10,000 evaluations of the forces, also wh
     const Settings settings = settingsFor(Geometry::Mesh);
     int longest = 0, ended = 0;
     for (const int seed : {1, 2, 3}) {
-        StepState state(world);
+        TickState state(world);
         WanderingHand hand(5, seed);
         for (int tick = 0; tick < 640; ++tick) {
             const TickRecord record = step(world, settings, {hand.next()}, state);
@@ -320,7 +320,7 @@ TEST_CASE("friction: without coefficients, or switched off, the tick is that of 
         Settings settings = settingsFor(Geometry::Mesh);
         settings.friction = on;
         settings.frictionScale = scale;
-        StepState state(world);
+        TickState state(world);
         WanderingHand hand(3, 4);
         std::uint64_t hash = 0;
         for (int tick = 0; tick < 1000; ++tick) hash = hashTick(step(world, settings, {hand.next()}, state), hash);
@@ -340,12 +340,11 @@ TEST_CASE("friction: each solver renders by its own law, and none of its answers
     const World world = blockOnPlane(Geometry::Mesh, {mu, mu});
     for (const Vec3& along : {Vec3(1, 0, 0), Vec3(std::cos(between), std::sin(between), 0)}) {
         double exactForce = 0;
-        for (int solver = 0; solver < int(frictionSolverTable().size()); ++solver) {
-            const FrictionSolverInfo& info = frictionSolverTable()[std::size_t(solver)];
+        for (const FrictionSolverInfo& info : frictionSolverTable()) {
             CAPTURE(info.name, along.y());
             Settings settings = settingsFor(Geometry::Mesh);
-            settings.frictionSolver = solver;
-            StepState state(world);
+            settings.frictionSolver = info.name;
+            TickState state(world);
             Pose device = world.X_WT_start;
             lead(world, state, settings, device, device.p - Vec3(0, 0, 2));
             TickRecord record;
@@ -363,16 +362,15 @@ TEST_CASE("friction: each solver renders by its own law, and none of its answers
             }
             const double force = friction(record);
             CHECK(record.sliding > 0);
-            if (solver == 0) exactForce = force;
-            const bool faceted = info.name != "cone-newton" && info.name != "gauss-seidel";
-            const bool relaxed = info.name.starts_with("convex");
+            if (info.name == kExactFrictionSolver) exactForce = force;
+            const bool relaxed = info.law.hovers;
             CHECK(force <= mu * record.wrench_C.force.z() * (1 + 1e-5));
-            CHECK(force >= std::cos(std::numbers::pi / (info.name == "lemke-4" ? 4 : 8)) * mu *
-                               record.wrench_C.force.z() * (1 - 1e-5));
+            const double least = info.law.facets ? std::cos(std::numbers::pi / info.law.facets) : 1;
+            CHECK(force >= least * mu * record.wrench_C.force.z() * (1 - 1e-5));
             // A block that slides by 0.01 mm in a tick hovers at µ 0.01 mm.
             CHECK(hover == Approx(kDistance + (relaxed ? mu * 0.01 : 0)).epsilon(0.1));
             CHECK((complementarity > 1e-4) == relaxed);
-            if (!faceted) {
+            if (info.law.facets == 0) {
                 CHECK(force == Approx(exactForce).epsilon(1e-5));
                 CHECK(direction < 1e-6);
             }
@@ -384,13 +382,13 @@ TEST_CASE("friction: after ticks of another mode the slip starts at zero and no 
           "[step][friction]") {
     const World world = blockOnPlane(Geometry::Spheres, {0.5, 0.5});
     Settings settings = settingsFor(Geometry::Spheres);
-    StepState state(world);
+    TickState state(world);
     Pose device = world.X_WT_start;
     lead(world, state, settings, device, device.p - Vec3(0, 0, 2));
-    CHECK_FALSE(state.frictionContacts().empty());
+    CHECK_FALSE(frictionContacts(state).empty());
     settings.mode = Mode::GodObject;
     lead(world, state, settings, device, device.p + Vec3(5, 0, 0));
-    CHECK(state.frictionContacts().empty());
+    CHECK(frictionContacts(state).empty());
     settings.mode = Mode::Default;
     const TickRecord record = step(world, settings, {device}, state);
     CHECK(record.sticking + record.sliding > 0);
@@ -405,7 +403,7 @@ TEST_CASE("friction: where a baseline has no answer, the exact solver takes over
     const auto forceWith = [&](const char* solver, bool& taken) {
         Settings settings = settingsFor(Geometry::Mesh);
         REQUIRE(setSetting(settings, "friction_solver", solver).empty());
-        StepState state(world);
+        TickState state(world);
         Pose device = world.X_WT_start;
         const TickRecord pressed = lead(world, state, settings, device, device.p - Vec3(0, 0, 2));
         CHECK(pressed.wrench_C.force.z() == Approx(2).epsilon(1e-6));
@@ -428,7 +426,7 @@ TEST_CASE("friction: the shadow solves the tick's friction problem, and changes 
     const double mu = 0.5, between = std::numbers::pi / 8;
     const World world = blockOnPlane(Geometry::Mesh, {mu, mu});
     const auto slide = [&](Settings settings, TickRecord& record) {
-        StepState state(world);
+        TickState state(world);
         Pose device = world.X_WT_start;
         lead(world, state, settings, device, device.p - Vec3(0, 0, 2));
         std::uint64_t hash = 0;
@@ -440,22 +438,21 @@ TEST_CASE("friction: the shadow solves the tick's friction problem, and changes 
         return hash;
     };
     Settings settings = settingsFor(Geometry::Mesh);
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     TickRecord record;
     const std::uint64_t hash = slide(settings, record);
     CHECK(record.shadowRows == 0);
-    settings.shadow = 1;
-    for (int shadow = 0; shadow < int(frictionSolverTable().size()); ++shadow) {
-        const FrictionSolverInfo& info = frictionSolverTable()[std::size_t(shadow)];
+    settings.shadow = "pqp";
+    for (const FrictionSolverInfo& info : frictionSolverTable()) {
         CAPTURE(info.name);
-        settings.frictionSolver = 0;
-        settings.frictionShadow = shadow;
+        settings.frictionSolver = kExactFrictionSolver;
+        settings.frictionShadow = info.name;
         CHECK(slide(settings, record) == hash);
         CHECK(record.shadowRows == record.sticking + record.sliding);
         CHECK(record.shadowStatus == SolveStatus::Solved);
         // Facets miss a part of the 1 N of friction and of its direction; a shadow without friction would miss all.
         const double error = record.shadowForceError;
-        if (info.name == "cone-newton" || info.name == "gauss-seidel")
+        if (info.law.facets == 0)
             CHECK(error < 1e-6);
         else
             CHECK((error > 1e-3 && error < 0.8 * mu * 2));
@@ -465,12 +462,12 @@ TEST_CASE("friction: the shadow solves the tick's friction problem, and changes 
         CHECK((record.shadowForceError > 1e-4) == (error > 1e-4));
     }
     // With two baselines, the exact answer is computed for the error alone.
-    settings.frictionSolver = findFrictionSolver("lemke-8");
-    settings.frictionShadow = findFrictionSolver("gauss-seidel");
+    settings.frictionSolver = "lemke-8";
+    settings.frictionShadow = "gauss-seidel";
     slide(settings, record);
     CHECK(record.shadowForceError < 1e-6);
     settings.shadowWork = 1;
-    settings.frictionShadow = findFrictionSolver("convex-pqp");
+    settings.frictionShadow = "convex-pqp";
     slide(settings, record);
     CHECK(record.shadowStatus == SolveStatus::Invalid);
     CHECK(record.shadowForceError == 0);
@@ -484,7 +481,7 @@ TEST_CASE("friction: ticks allocate nothing, whatever the settings", "[step][fri
         const World w = with(withMeshes(worldOf(blob(300, 15, 6), blob(300, 20, 7), at(0, 45, 0)), blobMesh(15, 24, 13),
                                         blobMesh(20, 22, 11)),
                              {sliding + 0.5 * unit(random.engine), sliding});
-        StepState state(w);
+        TickState state(w);
         WanderingHand hand(unsigned(world), 25);
         Settings settings = settingsFor(world % 2 ? Geometry::Mesh : Geometry::Spheres);
         std::vector<Pose> targets{Pose{}};
@@ -493,15 +490,16 @@ TEST_CASE("friction: ticks allocate nothing, whatever the settings", "[step][fri
                 settings.stiffness = std::pow(10, -1 + 2 * unit(random.engine));
                 settings.torsion = std::pow(10, 2 + 2 * unit(random.engine));
                 settings.frictionScale = 2 * unit(random.engine);
-                settings.frictionSolver = int(random.engine() % frictionSolverTable().size());
-                settings.frictionShadow = int(random.engine() % frictionSolverTable().size());
-                settings.shadow = tick % 20 ? 1 : -1;
+                const auto solvers = frictionSolverTable();
+                settings.frictionSolver = solvers[random.engine() % solvers.size()].name;
+                settings.frictionShadow = solvers[random.engine() % solvers.size()].name;
+                settings.shadow = tick % 20 ? "pqp" : kNoSolver;
                 settings.rate = 250 + 3000 * unit(random.engine);
                 if (tick % 50 == 0) targets[0] = at(unit(random.engine), unit(random.engine), unit(random.engine));
             }
             const Pose device = hand.next();
             const AllocationCounter allocations;
-            const TickRecord record = step(w, settings, {device, {}, targets}, state);
+            const TickRecord record = step(w, settings, {device, state.nextMove(targets)}, state);
             REQUIRE(allocations.count() == 0);
             REQUIRE((record.flags & kNonFinite) == 0);
             REQUIRE(record.wrench_C.isFinite());

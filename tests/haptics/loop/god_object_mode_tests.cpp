@@ -3,8 +3,10 @@
 #include <cmath>
 #include <vector>
 
+#include "haptics/loop/distances.hpp"
 #include "haptics/loop/step.hpp"
 #include "tests/support/mesh_world.hpp"
+#include "tests/support/solvers.hpp"
 #include "tests/support/sphere_models.hpp"
 
 namespace touchstone::god_object_mode_tests {
@@ -19,18 +21,18 @@ constexpr double kTouches = 1e-3;
 Settings godObject() {
     Settings settings = settingsFor(Geometry::Spheres);
     settings.mode = Mode::GodObject;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     return settings;
 }
 
 /// The tick after a straight motion of the device to `end` and a rest of as many ticks.
 TickRecord pressed(const World& world, const Settings& settings, const Pose& end, int ticks = 400) {
-    StepState state(world);
+    TickState state(world);
     TickRecord record;
     for (int tick = 1; tick <= 2 * ticks; ++tick) {
         const double share = std::min(1.0, double(tick) / ticks);
         record = step(world, settings, {moved(world.X_WT_start, share * incrementBetween(world.X_WT_start, end))},
-                      state, {}, true);
+                      state, {.audit = true});
         REQUIRE(trueClearance(world, record.X_WT, 1, {}, Geometry::Spheres) > -1e-6);
     }
     return record;
@@ -55,8 +57,8 @@ TEST_CASE("god object: at rest it feels what default mode feels, with every solv
     settings.mode = Mode::Default;
     const TickRecord expected = pressed(world, settings, end);
     REQUIRE(expected.wrench_C.force.norm() > 1);
-    for (int solver = 0; solver < int(solverTable().size()); ++solver) {
-        CAPTURE(solverTable()[std::size_t(solver)].name);
+    for (const std::string_view solver : allSolvers()) {
+        CAPTURE(solver);
         settings = godObject();
         settings.solver = solver;
         settings.tolerance = 1e-4;
@@ -75,7 +77,7 @@ TEST_CASE("god object: each new pair costs a step, so the tool falls behind wher
         Settings settings = godObject();
         settings.mode = mode;
         settings.linearisations = steps;
-        StepState state(world);
+        TickState state(world);
         std::vector<Vec3> all;
         for (int tick = 0; tick < 300; ++tick) {
             const double down = std::min(1.0, tick / 100.0), along = std::max(0.0, (tick - 100) / 200.0);
@@ -97,7 +99,7 @@ TEST_CASE("god object: each new pair costs a step, so the tool falls behind wher
 
 TEST_CASE("god object: nothing tunnels, and free flight has no force", "[step]") {
     const World world = worldOf(ball(5), slab(30, 1.5f, 1), at(0, 30, 0));
-    StepState state(world);
+    TickState state(world);
     for (const Pose& device : {at(1, 20, 0, {0, 0.4, 0}), at(0, 25, 1)}) {
         const TickRecord free = step(world, godObject(), {device}, state);
         CHECK(free.wrench_C.isZero());
@@ -114,10 +116,10 @@ TEST_CASE("god object: nothing tunnels, and free flight has no force", "[step]")
 TEST_CASE("god object: from an overlap the tool is led out by at most trust in a step", "[step]") {
     const World world = worldOf(ball(10), ball(10), at(0, 17, 0));
     const Settings settings = godObject();
-    StepState state(world);
+    TickState state(world);
     double before = 17;
     for (int tick = 0; tick < 20; ++tick) {
-        const TickRecord r = step(world, settings, {at(0, 17, 0)}, state, {}, true);
+        const TickRecord r = step(world, settings, {at(0, 17, 0)}, state, {.audit = true});
         const double y = r.X_WT.p.y();
         CHECK(r.penetration == Approx(std::max(0.0, 20 - y)).margin(1e-9));
         REQUIRE(y - before <= linearizationsOf(settings, Geometry::Spheres) * settings.trust + 1e-9);
@@ -128,26 +130,26 @@ TEST_CASE("god object: from an overlap the tool is led out by at most trust in a
 
 TEST_CASE("god object: the same motion gives the same bits with and without measurements", "[step]") {
     const World world = worldOf(blob(300, 20, 9), blob(300, 20, 10), at(0, 45, 0));
-    const auto hashOf = [&](bool audit, int shadow) {
+    const auto hashOf = [&](bool audit, std::string_view shadow) {
         Settings settings = godObject();
         settings.shadow = shadow;
-        StepState state(world);
+        TickState state(world);
         std::uint64_t hash = 0;
         int rows = 0, shadowRows = 0;
         for (int tick = 0; tick < 500; ++tick) {
             const Pose device = at(std::sin(0.01 * tick), std::max(34.0, 45 - 0.05 * tick), 0);
-            const TickRecord r = step(world, settings, {device}, state, {}, audit);
+            const TickRecord r = step(world, settings, {device}, state, {.audit = audit});
             hash = hashTick(r, hash);
             rows += r.rows;
             shadowRows += r.shadowRows;
         }
         REQUIRE(rows > 0);
-        CHECK((shadowRows > 0) == (shadow >= 0));
+        CHECK((shadowRows > 0) == (shadow != kNoSolver));
         return hash;
     };
-    const std::uint64_t first = hashOf(false, -1);
-    CHECK(hashOf(true, -1) == first);
-    CHECK(hashOf(true, findSolver("pqp")) == first);
+    const std::uint64_t first = hashOf(false, kNoSolver);
+    CHECK(hashOf(true, kNoSolver) == first);
+    CHECK(hashOf(true, "pqp") == first);
 }
 
 }  // namespace touchstone::god_object_mode_tests

@@ -6,6 +6,7 @@
 #include <functional>
 #include <thread>
 
+#include "haptics/loop/step.hpp"
 #include "tests/support/ground_world.hpp"
 
 namespace touchstone::haptic_loop_tests {
@@ -174,7 +175,7 @@ TEST_CASE("haptic loop: a full ring counts dropped records, and a start is made 
     const std::uint64_t full = loop.snapshot().record.tick;
     CHECK(waitFor(loop, [&](const LoopSnapshot&) {
         for (RecordedTick tick; loop.pop(tick);)
-            if (tick.input.start && tick.record.tick > full) return true;
+            if (tick.start && tick.record.tick > full) return true;
         return false;
     }));
 }
@@ -264,7 +265,7 @@ TEST_CASE("haptic loop: each start comes with the obstacle poses of its tick", "
     const auto follow = [&](int more) {
         return waitFor(loop, [&](const LoopSnapshot&) {
             while (loop.pop(tick)) {
-                if (!tick.input.start) continue;
+                if (!tick.start) continue;
                 REQUIRE(loop.obstaclesAtStart().size() == 1);
                 last = loop.obstaclesAtStart()[0].p.x();
                 if (--more == 0) return true;

@@ -64,13 +64,10 @@ std::vector<TriangleMesh> plates(int parts) {
 
 World jointed(const TriangleMesh& tool, int parts, const Pose& X_WO, double friction) {
     World world;
-    world.toolSurface = std::make_shared<const Surface>(surfaceOf(tool));
+    world.tool.surface = std::make_shared<const Surface>(surfaceOf(tool));
     for (const TriangleMesh& plate : plates(parts))
-        world.obstacles.push_back({.name = "plate",
-                                   .tree = nullptr,
-                                   .X_WO = X_WO,
-                                   .surface = std::make_shared<const Surface>(surfaceOf(plate)),
-                                   .friction = {friction, friction}});
+        world.obstacles.push_back({"plate", {.surface = std::make_shared<const Surface>(surfaceOf(plate))}, X_WO});
+    rub(world, {friction, friction});
     return world;
 }
 
@@ -100,7 +97,7 @@ TEST_CASE("joint: what is drawn over the joint of flush parts feels it as little
                             const Vec3 down(0, 0, tick > 2 ? -2 : 0);
                             return X_WO * Pose{from + std::max(0, tick - kPressed) * way + down, Quat::Identity()};
                         };
-                        StepState state(joint), reference(plate);
+                        TickState state(joint), reference(plate);
                         const Pose start = X_WO * Pose{from + Vec3(0, 0, 1), Quat::Identity()};
                         state.reset(start);
                         reference.reset(start);

@@ -23,7 +23,7 @@ TriangleMesh shell(double radius, double wall) {
 template <class Check>
 TickRecord drive(const World& world, const Settings& settings, const std::vector<Vec3>& way, double speed,
                  Check&& check) {
-    StepState state(world);
+    TickState state(world);
     Pose device = world.X_WT_start;
     TickRecord record;
     const auto tick = [&] {
@@ -88,7 +88,7 @@ TEST_CASE("mesh motion: while the device rests the force is constant, at any rat
     const bool onRing = GENERATE(true, false);
     const World world =
         meshWorld(blobMesh(4, 24, 13), onRing ? torusMesh(6, 2, 28, 14) : blobMesh(5, 22, 11), at(0, 0, 30));
-    StepState state(world);
+    TickState state(world);
     Random random(4);
     int loaded = 0, unfinished = 0;
     double most = 0;
@@ -138,7 +138,7 @@ TEST_CASE("mesh motion: nothing overlaps at any rate, nor while settings change"
         if (key == "pause") return {"on", "off"};
         return {"0.02", "0.002", "0.0005"};
     }();
-    StepState state(world);
+    TickState state(world);
     Settings settings = settingsFor(Geometry::Mesh);
     WanderingHand hand(7, 5);
     int loaded = 0;

@@ -1,6 +1,7 @@
 // The tick between meshes, judged by answers that follow from the geometry and by the reference.
 #include <catch2/catch.hpp>
 
+#include "haptics/loop/distances.hpp"
 #include "haptics/loop/step.hpp"
 #include "haptics/math/statistics.hpp"
 #include "haptics/reference/mesh_reference.hpp"
@@ -25,10 +26,10 @@ TEST_CASE(
     "mesh step: a box pressed onto a box stops at the distance that is kept and pushes back with k times the depth",
     "[step]") {
     const World world = meshWorld(centeredBox(4, 4, 4), centeredBox(10, 10, 6), at(0.3, -0.2, 9));
-    StepState state(world);
+    TickState state(world);
     TickRecord record;
     for (int tick = 0; tick < 400; ++tick) {
-        record = step(world, meshes(), {at(0.3, -0.2, std::max(3.0, 9 - 0.05 * tick))}, state, {}, true);
+        record = step(world, meshes(), {at(0.3, -0.2, std::max(3.0, 9 - 0.05 * tick))}, state, {.audit = true});
         REQUIRE((record.flags & ~(kUnfinished | kCapped)) == 0);
         REQUIRE(record.X_WT.p.z() >= 5 + kDistance / 2);
     }
@@ -46,7 +47,7 @@ TEST_CASE(
 
 TEST_CASE("mesh step: a tool that slides after a device that leapt takes three steps in that tick", "[step]") {
     const World world = meshWorld(centeredBox(4, 4, 4), centeredBox(60, 10, 6), at(0, 0, 6));
-    StepState state(world);
+    TickState state(world);
     TickRecord record;
     for (int tick = 0; tick < 100; ++tick) record = step(world, meshes(), {at(0, 0, 6 - 0.02 * tick)}, state);
     REQUIRE(record.wrench_C.force.z() > 0.9);
@@ -63,7 +64,7 @@ TEST_CASE("mesh step: a tool that the travel budget slows down keeps to the surf
     // A box rocks from one of its edges to the other. The way from one contact straight to the next leads over the
     // plate.
     const World world = meshWorld(centeredBox(10, 4, 4), centeredBox(30, 30, 6), at(0, 0, 6));
-    StepState state(world);
+    TickState state(world);
     Settings settings = meshes();
     TickRecord record;
     for (int tick = 0; tick < 100; ++tick) record = step(world, settings, {at(0, 0, 4.5, Vec3(0, 0.04, 0))}, state);
@@ -73,7 +74,7 @@ TEST_CASE("mesh step: a tool that the travel budget slows down keeps to the surf
     int slowed = 0;
     double lowest = record.wrench_C.force.z();
     for (int tick = 0; tick < 20; ++tick) {
-        record = step(world, settings, {at(0, 0, 4.5, Vec3(0, -0.04, 0))}, state, {}, true);
+        record = step(world, settings, {at(0, 0, 4.5, Vec3(0, -0.04, 0))}, state, {.audit = true});
         slowed += (record.flags & kCapped) != 0;
         lowest = std::min(lowest, record.wrench_C.force.z());
         CAPTURE(tick, record.hover);
@@ -92,7 +93,7 @@ TEST_CASE("mesh step: a tick ends when its next step would be too short to be fe
     const Settings settings = meshes();
     const double turn = GENERATE(0.003, 0.01);  // rad from pose to pose
     CAPTURE(turn);
-    StepState state(world);
+    TickState state(world);
     int linearizations = 0;
     std::vector<double> left;  // mm that the tool moves after the tick
     for (int pose = 0; pose < 600; ++pose) {
@@ -118,7 +119,7 @@ TEST_CASE("mesh step: a tick ends when its rows become too many, and the next on
     const bool many = GENERATE(true, false);
     const auto round = [](double a, double t) { return Vec3(3 * std::cos(a), 3 * std::sin(a), 4 * t); };
     const World world = meshWorld(lathe(many ? 2500 : 250, 2, 0, 4, round), centeredBox(10, 10, 6), at(0, 0, 3.2));
-    StepState state(world);
+    TickState state(world);
     const Pose device = at(0.4, 0, 2.5, Vec3(0, 0, 0.1));
     TickRecord record = step(world, meshes(), {device}, state);
     CAPTURE(record.rows, record.linearisations);
@@ -149,7 +150,7 @@ TEST_CASE("mesh step: nothing tunnels and nothing overlaps, whatever the hand do
     CAPTURE(c.name);
     const World world = meshWorld(c.tool, c.obstacle, at(0, 0, 30));
     const MeshReference judge(c.tool, world.p_TC(), {{c.obstacle, Pose{}}}, {.shell = kDistance});
-    StepState state(world);
+    TickState state(world);
     WanderingHand hand(unsigned(40 + which), c.size);
     const Settings settings = meshes();
     Pose device;
@@ -174,10 +175,10 @@ TEST_CASE("mesh step: nothing tunnels and nothing overlaps, whatever the hand do
 
 TEST_CASE("mesh step: entries from another thread and the reserve of the lists change no result", "[step]") {
     const World world = meshWorld(blobMesh(4, 24, 13), torusMesh(6, 2, 28, 14), at(0, 0, 30));
-    FeaturePairFinder finder(*world.toolSurface, *world.obstacles[0].surface);
+    FeaturePairFinder finder(*world.tool.surface, *world.obstacles[0].part.surface);
     PairEntries entries = finder.entries();
     const PairEntries* offered[] = {&entries};
-    StepState plain(world), helped(world);
+    TickState plain(world), helped(world);
     WanderingHand hand(3, 5);
     const Settings settings = meshes();
     Random random(8);
@@ -192,7 +193,7 @@ TEST_CASE("mesh step: entries from another thread and the reserve of the lists c
             if (finder.find({off * expected.X_WT, 1.5}, entries))
                 complete += finder.reserve(entries, {expected.X_WT, 0}) > 0;
         }
-        REQUIRE(hashTick(step(world, settings, {device, offered}, helped)) == hashTick(expected));
+        REQUIRE(hashTick(step(world, settings, {device}, helped, {.entries = offered})) == hashTick(expected));
     }
     CHECK(complete > 100);
     CHECK(allocated == 0);
@@ -202,7 +203,7 @@ TEST_CASE("mesh step: the pairs that carried the tool are tried first, also by a
     // The end of a cylinder lies on a box, so that many pairs touch; few of them carry it.
     const World world = meshWorld(cylinderMesh(3, 4), centeredBox(30, 30, 30), at(0, 0, 20));
     const Settings settings = meshes();
-    StepState going(world), resumed(world), bare(world), foreign(world);
+    TickState going(world), resumed(world), bare(world), foreign(world);
     TickRecord last;
     for (int tick = 0; tick < 200; ++tick)
         last = step(world, settings, {at(0.1, 0, std::max(14.0, 20 - 0.1 * tick))}, going);
@@ -210,7 +211,7 @@ TEST_CASE("mesh step: the pairs that carried the tool are tried first, also by a
     REQUIRE(last.touching.count >= 1);
     int fewer = 0;
     for (int tick = 0; tick < 50; ++tick) {
-        const StepInput input{at(0.1 + 0.02 * tick, 0, 14, {0, 0, 0.001 * tick})};
+        const TickInput input{at(0.1 + 0.02 * tick, 0, 14, {0, 0, 0.001 * tick})};
         TickRecord without = last;
         without.touching.clear();
         resumed.resume(last);
@@ -235,7 +236,7 @@ TEST_CASE("mesh step: the pairs that carried the tool are tried first, also by a
 
 TEST_CASE("mesh step: a start inside an obstacle is noticed, and touches once it is out", "[step]") {
     const World world = meshWorld(centeredBox(2, 2, 2), centeredBox(20, 20, 20), at(0, 0, 5));
-    StepState state(world);
+    TickState state(world);
     const Settings settings = meshes();
     double out = 0;
     for (int tick = 0; tick < 400; ++tick) {
@@ -256,14 +257,14 @@ TEST_CASE("mesh step: a start inside an obstacle is noticed, and touches once it
 
 TEST_CASE("mesh step: a moving obstacle pushes the tool and never enters it", "[step]") {
     const World world = meshWorld(blobMesh(3, 18, 9), torusMesh(6, 2, 26, 12), at(0, 0, 8));
-    StepState state(world);
+    TickState state(world);
     Random random(12);
     Pose target;
     int pushed = 0, moved = 0;
     Pose before;
     for (int tick = 0; tick < 2500; ++tick) {
         if (tick % 120 == 0) target = {1.5 * random.vector() + Vec3(0, 0, 3), expRotation(0.4 * random.vector())};
-        const StepInput input{.X_WT_device = at(0, 0, 4), .X_WO = {&target, 1}};
+        const TickInput input{at(0, 0, 4), state.nextMove({&target, 1})};
         const TickRecord record = step(world, meshes(), input, state);
         REQUIRE(!meshesOverlap(world, record.X_WT, state.obstacles()));
         pushed += !record.wrench_C.isZero();
@@ -276,7 +277,7 @@ TEST_CASE("mesh step: a moving obstacle pushes the tool and never enters it", "[
 
 TEST_CASE("mesh step: spheres and meshes can be exchanged while the loop runs", "[step]") {
     World world = meshWorld(centeredBox(4, 4, 4), centeredBox(10, 10, 6), at(0, 0, 9));
-    StepState state(world);
+    TickState state(world);
     Settings settings = meshes();
     TickRecord record;
     for (int tick = 0; tick < 300; ++tick) {
@@ -291,8 +292,8 @@ TEST_CASE("mesh step: spheres and meshes can be exchanged while the loop runs", 
 
 TEST_CASE("penetration meter: an obstacle of spheres is measured beside one of meshes that has no tree", "[step]") {
     World world = meshWorld(centeredBox(4, 4, 4), centeredBox(10, 10, 6), at(0, 0, 9));
-    world.obstacles[0].tree = nullptr;
-    world.obstacles.push_back({.name = "open", .tree = ball(1), .X_WO = at(0, 0, 20)});
+    world.obstacles[0].part.spheres = nullptr;
+    world.obstacles.push_back({.name = "open", .part = bySpheres(ball(1)), .X_WO = at(0, 0, 20)});
     PenetrationMeter meter(world);
     CHECK(meter.depth(at(0, 0, 9), {}, Geometry::Mesh) == 0);
     CHECK(meter.depth(at(0, 0, 18.5), {}, Geometry::Mesh) == Approx(0.5));  // of balls of 1 mm

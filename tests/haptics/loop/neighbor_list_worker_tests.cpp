@@ -18,7 +18,7 @@ TEST_CASE("neighbor list worker: finds the pairs ahead of a moving tool that a t
     NeighborListWorker worker(world);
     REQUIRE(worker.newest().size() == 1);
     REQUIRE(worker.newest()[0]->within.margin < 0);
-    const LeafPairFinder finder(*world.tool, *world.obstacles[0].tree);
+    const LeafPairFinder finder(*world.tool.spheres, *world.obstacles[0].part.spheres);
     const auto wait = [&](auto&& until) {
         for (int i = 0; i < 5000 && !until(*worker.newest()[0]); ++i)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -36,8 +36,8 @@ TEST_CASE("neighbor list worker: finds the pairs ahead of a moving tool that a t
     ask(25);
     REQUIRE(wait([&](const PairEntries& e) { return finder.reserve(e, {at(0, 24.85, 0), 0.5}) >= 0; }));
     // It publishes the same entries as a finder in this thread.
-    LeafPairFinder own(*world.tool, *world.obstacles[0].tree);
-    PairEntries expected(*world.tool, *world.obstacles[0].tree);
+    LeafPairFinder own(*world.tool.spheres, *world.obstacles[0].part.spheres);
+    PairEntries expected(*world.tool.spheres, *world.obstacles[0].part.spheres);
     const PairEntries& found = *worker.newest()[0];
     REQUIRE(own.find(found, expected));
     REQUIRE(found.count == expected.count);
@@ -54,19 +54,20 @@ TEST_CASE("obstacles: lists found by another thread, and an audit, change no res
     const World world = withMeshes(worldOf(blob(300, 15, 6), blob(300, 20, 7), at(0, 45, 0)), blobMesh(15, 24, 13),
                                    blobMesh(20, 22, 11));
     const auto drive = [&](bool helped, bool audit) {
-        StepState state(world);
+        TickState state(world);
         std::unique_ptr<NeighborListWorker> worker;
         if (helped) worker = std::make_unique<NeighborListWorker>(world);
         std::uint64_t sum = 0;
         for (int tick = 0; tick < 400; ++tick) {
             const std::vector<Pose> targets{tick < 200 ? at(0, 20, 5, Vec3(0.5, 0, 0)) : at(5, -10, 0)};
-            StepInput input{at(0, std::max(36.0, 45 - 0.06 * tick), 0), {}, targets};
-            if (worker) input.entries = worker->newest();
-            const TickRecord r = step(world, settings, input, state, {}, audit);
+            const TickInput input{at(0, std::max(36.0, 45 - 0.06 * tick), 0), state.nextMove(targets)};
+            StepOptions options{.audit = audit};
+            if (worker) options.entries = worker->newest();
+            const TickRecord r = step(world, settings, input, state, options);
             sum = hashTick(r, sum);
             if (!worker) continue;
             worker->request({.tickMs = 1,
-                             .within = state.asked(),
+                             .within = askedPairs(state),
                              .trust = settings.trust,
                              .slack = settings.slack,
                              .geometry = settings.geometry},

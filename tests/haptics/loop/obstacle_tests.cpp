@@ -2,6 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include "haptics/collision/pair_finder.hpp"
+#include "haptics/loop/distances.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/loop/step.hpp"
 #include "tests/support/alloc_count.hpp"
 #include "tests/support/mesh_world.hpp"
@@ -16,7 +18,7 @@ constexpr double kMaxOverlap = 1e-3;  // mm: overlap that moving obstacles may c
 
 Settings exactAlone() {
     Settings settings;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     return settings;
 }
 
@@ -24,10 +26,10 @@ Settings exactAlone() {
 template <class Check>
 TickRecord push(const World& world, const Settings& settings, const Pose& device, const std::vector<Pose>& targets,
                 int ticks, Check&& check) {
-    StepState state(world);
+    TickState state(world);
     TickRecord record;
     for (int tick = 0; tick < ticks; ++tick) {
-        record = step(world, settings, {device, {}, targets}, state, {}, true);
+        record = step(world, settings, {device, state.nextMove(targets)}, state, {.audit = true});
         check(record, state.obstacles());
     }
     return record;
@@ -78,17 +80,18 @@ TEST_CASE("obstacles: a turning obstacle from any side pushes the tool in free s
     Settings settings = exactAlone();
     settings.rate = rate;
     const World world = worldOf(blob(300, 15, 2), blob(300, 20, 3), at(0, 60, 0));
-    StepState state(world);
+    TickState state(world);
     // A blade sweeps twice through the place where the hand holds the tool, the second time in the other direction.
     const std::vector<Pose> way{at(0, 40, 10, Vec3(0, 0, 2)), at(0, 70, -30, Vec3(1, 0, 1)), at(0, 0, 0)};
     std::size_t leg = 0;
     bool pushed = false;
     Pose before = state.obstacles()[0];
     const double most = std::min(settings.trust / 2, 0.25 * 1000 / rate);
-    const SphereTree& tree = *world.obstacles[0].tree;
+    const SphereTree& tree = *world.obstacles[0].part.spheres;
     int held = 0, ticks = 0;
     for (; ticks < 20'000 && leg < way.size(); ++ticks) {
-        const TickRecord r = step(world, settings, {at(0, 60, 0), {}, std::span(&way[leg], 1)}, state, {}, true);
+        const TickRecord r =
+            step(world, settings, {at(0, 60, 0), state.nextMove(std::span(&way[leg], 1))}, state, {.audit = true});
         const Pose now = state.obstacles()[0];
         REQUIRE(farthestLeaf(tree, before, now) <= most + 1e-9);
         REQUIRE(overlap(world, r, state.obstacles()) <= kMaxOverlap);
@@ -108,16 +111,18 @@ TEST_CASE("obstacles: a press stops at a tool that lies on another obstacle, and
     const Settings settings = settingsFor(GENERATE(Geometry::Spheres, Geometry::Mesh));
     CAPTURE(getSetting(settings, "geometry"));
     const auto wall = slab(13, 2, 2);
-    World world{ball(10), {{"below", wall, at(0, -12, 0)}, {"above", wall, at(0, 14, 0)}}, at(0, 0.1, 0)};
-    world.toolSurface = std::make_shared<const Surface>(surfaceOf(centeredBox(12, 20, 12)));
+    World world{bySpheres(ball(10)),
+                {{"below", bySpheres(wall), at(0, -12, 0)}, {"above", bySpheres(wall), at(0, 14, 0)}},
+                at(0, 0.1, 0)};
+    world.tool.surface = std::make_shared<const Surface>(surfaceOf(centeredBox(12, 20, 12)));
     for (Obstacle& obstacle : world.obstacles)
-        obstacle.surface = std::make_shared<const Surface>(surfaceOf(centeredBox(28, 4, 28)));
+        obstacle.part.surface = std::make_shared<const Surface>(surfaceOf(centeredBox(28, 4, 28)));
     const std::vector<Pose> closing{at(0, -12, 0), at(0, 8, 0)}, open{at(0, -20, 0), at(0, 8, 0)};
-    StepState state(world);
+    TickState state(world);
     const auto run = [&](int ticks, const std::vector<Pose>& targets) {
         int held = 0;
         for (int tick = 0; tick < ticks; ++tick) {
-            const TickRecord r = step(world, settings, {at(0, 0, 0), {}, targets}, state, {}, true);
+            const TickRecord r = step(world, settings, {at(0, 0, 0), state.nextMove(targets)}, state, {.audit = true});
             if (settings.geometry == Geometry::Mesh) REQUIRE_FALSE(meshesOverlap(world, r.X_WT, state.obstacles()));
             if (settings.geometry == Geometry::Spheres) REQUIRE(overlap(world, r, state.obstacles()) <= kMaxOverlap);
             held += (r.flags & kObstacleHeld) != 0;
@@ -138,11 +143,14 @@ TEST_CASE("obstacles: a press stops at a tool that lies on another obstacle, and
 
 TEST_CASE("obstacles: a held obstacle does not stop another", "[step][obstacle]") {
     const auto wall = slab(13, 2, 2);
-    World world{
-        ball(10), {{"below", wall, at(0, -12, 0)}, {"above", wall, at(0, 12.1, 0)}, {"far", wall, at(80, 0, 0)}}, {}};
+    World world{bySpheres(ball(10)),
+                {{"below", bySpheres(wall), at(0, -12, 0)},
+                 {"above", bySpheres(wall), at(0, 12.1, 0)},
+                 {"far", bySpheres(wall), at(80, 0, 0)}},
+                {}};
     const std::vector<Pose> targets{at(0, -12, 0), at(0, 0, 0), at(60, 0, 0)};
-    StepState state(world);
-    for (int tick = 0; tick < 400; ++tick) step(world, exactAlone(), {at(0, 0, 0), {}, targets}, state);
+    TickState state(world);
+    for (int tick = 0; tick < 400; ++tick) step(world, exactAlone(), {at(0, 0, 0), state.nextMove(targets)}, state);
     CHECK(state.obstacles()[2] == targets[2]);
     CHECK(state.obstacles()[1].p.y() > 11.9);
 }
@@ -151,14 +159,15 @@ TEST_CASE("obstacles: targets equal to the poses change no bit of a tick", "[ste
     const Settings settings = settingsFor(GENERATE(Geometry::Spheres, Geometry::Mesh));
     const World world = bodies();
     const auto hash = [&](bool targetsGiven) {
-        StepState state(world);
+        TickState state(world);
         std::vector<Pose> targets;
         for (const Obstacle& obstacle : world.obstacles) targets.push_back(obstacle.X_WO);
         if (!targetsGiven) targets.clear();
         std::uint64_t sum = 0;
         for (int tick = 0; tick < 300; ++tick)
-            sum = hashTick(
-                step(world, settings, {at(0, std::max(33.0, 45 - 0.06 * tick), 0.01 * tick), {}, targets}, state), sum);
+            sum = hashTick(step(world, settings,
+                                {at(0, std::max(33.0, 45 - 0.06 * tick), 0.01 * tick), state.nextMove(targets)}, state),
+                           sum);
         return sum;
     };
     CHECK(hash(true) == hash(false));
@@ -166,13 +175,15 @@ TEST_CASE("obstacles: targets equal to the poses change no bit of a tick", "[ste
 
 TEST_CASE("obstacles: moving, pushing and holding allocate nothing", "[step][obstacle]") {
     const auto wall = slab(13, 2, 2);
-    World world{blob(100, 10, 8), {{"below", wall, at(0, -14, 0)}, {"above", wall, at(0, 16, 0)}}, at(0, 0, 0)};
+    World world{bySpheres(blob(100, 10, 8)),
+                {{"below", bySpheres(wall), at(0, -14, 0)}, {"above", bySpheres(wall), at(0, 16, 0)}},
+                at(0, 0, 0)};
     const std::vector<Pose> targets{at(0, -10, 0, Vec3(0, 0, 0.1)), at(0, 6, 0)};
-    StepState state(world);
+    TickState state(world);
     const AllocationCounter allocations;
     int held = 0;
     for (int tick = 0; tick < 400; ++tick)
-        held += (step(world, {}, {at(0, 0, 0), {}, targets}, state).flags & kObstacleHeld) != 0;
+        held += (step(world, {}, {at(0, 0, 0), state.nextMove(targets)}, state).flags & kObstacleHeld) != 0;
     CHECK(allocations.count() == 0);
     CHECK(held > 0);
 }
@@ -190,16 +201,16 @@ TEST_CASE("obstacles: paper mode uses their present poses", "[step][obstacle]") 
 TEST_CASE("obstacles: a pause and a device without a pose hold them", "[step][obstacle]") {
     const World world = worldOf(ball(10), ball(10), at(0, 25, 0));
     const std::vector<Pose> targets{at(0, 3, 0)};
-    StepState state(world);
+    TickState state(world);
     Settings paused = exactAlone();
     paused.pause = true;
-    step(world, paused, {at(0, 25, 0), {}, targets}, state);
-    step(world, exactAlone(), {{Vec3(NAN, 0, 0), Quat::Identity()}, {}, targets}, state);
+    step(world, paused, {at(0, 25, 0), state.nextMove(targets)}, state);
+    step(world, exactAlone(), {{Vec3(NAN, 0, 0), Quat::Identity()}, state.nextMove(targets)}, state);
     CHECK(state.obstacles()[0] == world.obstacles[0].X_WO);
     const std::vector<Pose> nowhere{{Vec3(0, NAN, 0), Quat::Identity()}};
-    step(world, exactAlone(), {at(0, 25, 0), {}, nowhere}, state);
+    step(world, exactAlone(), {at(0, 25, 0), state.nextMove(nowhere)}, state);
     CHECK(state.obstacles()[0] == world.obstacles[0].X_WO);
-    step(world, exactAlone(), {at(0, 25, 0), {}, targets}, state);
+    step(world, exactAlone(), {at(0, 25, 0), state.nextMove(targets)}, state);
     CHECK(state.obstacles()[0].p.y() == Approx(0.25));
 }
 

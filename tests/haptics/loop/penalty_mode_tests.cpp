@@ -14,19 +14,19 @@ namespace {
 Settings penalty(double stiffness = 10) {
     Settings settings;
     settings.mode = Mode::Penalty;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     settings.penaltyStiffness = stiffness;
     return settings;
 }
 
 /// The tick at rest with the device at `end`, after a motion of `ticks`.
 TickRecord pressed(const World& world, const Settings& settings, const Pose& end, int ticks = 400) {
-    StepState state(world);
+    TickState state(world);
     TickRecord record;
     for (int tick = 1; tick <= 2 * ticks; ++tick) {
         const double share = std::min(1.0, double(tick) / ticks);
         const Vec3 p = world.X_WT_start.p + share * (end.p - world.X_WT_start.p);
-        record = step(world, settings, {{p, end.q}}, state, {}, true);
+        record = step(world, settings, {{p, end.q}}, state, {.audit = true});
     }
     return record;
 }
@@ -75,7 +75,7 @@ TEST_CASE("penalty: with an off-center contact, forces and torques balance", "[s
 
 TEST_CASE("penalty: without an overlap the tool is at the device and there is no force", "[step]") {
     const World world = worldOf(blob(200, 20, 1), blob(200, 20, 2), at(0, 100, 0));
-    StepState state(world);
+    TickState state(world);
     for (int tick = 0; tick < 100; ++tick) {
         const TickRecord r = step(world, penalty(), {at(0.1 * tick, 100, 0, Vec3(0, 1e-3 * tick, 0))}, state);
         REQUIRE(r.wrench_C.force.isZero(0));
@@ -86,7 +86,7 @@ TEST_CASE("penalty: without an overlap the tool is at the device and there is no
 
 TEST_CASE("penalty: no tick moves the tool by more than trust", "[step]") {
     const World world = worldOf(ball(10), ball(10), at(0, 50, 0));
-    StepState state(world);
+    TickState state(world);
     Vec3 before = world.X_WT_start.p;
     for (int tick = 0; tick < 200; ++tick) {
         const TickRecord r = step(world, penalty(), {at(0, -50, 0)}, state);
@@ -98,12 +98,13 @@ TEST_CASE("penalty: no tick moves the tool by more than trust", "[step]") {
 TEST_CASE("penalty: the same motion gives the same bits with and without measurements", "[step]") {
     const World world = worldOf(blob(300, 20, 9), blob(300, 20, 10), at(0, 45, 0));
     const auto hashOf = [&](bool audit) {
-        StepState state(world);
+        TickState state(world);
         std::uint64_t hash = 0;
         int pairs = 0;
         for (int tick = 0; tick < 500; ++tick) {
-            const TickRecord r = step(
-                world, penalty(), {at(std::sin(0.01 * tick), std::max(34.0, 45 - 0.05 * tick), 0)}, state, {}, audit);
+            const TickRecord r =
+                step(world, penalty(), {at(std::sin(0.01 * tick), std::max(34.0, 45 - 0.05 * tick), 0)}, state,
+                     {.audit = audit});
             hash = hashTick(r, hash);
             pairs += r.pairs;
         }

@@ -1,5 +1,5 @@
 // The loop with the fake device: the device's scheduler drives the ticks, or the loop does.
-#include "haptics/device/motion.hpp"
+#include "haptics/hands/motion.hpp"
 #include "haptics/loop/haptic_loop.hpp"
 #include "tests/support/fake_hd/fake_hd_device.hpp"
 #include "tests/support/ground_world.hpp"

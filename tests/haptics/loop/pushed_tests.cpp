@@ -1,6 +1,8 @@
 // Obstacles that move against a tool with friction: with nothing behind it, the tool is carried.
 #include <catch2/catch.hpp>
 
+#include "haptics/loop/distances.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/loop/step.hpp"
 #include "haptics/qp/friction_table.hpp"
 #include "tests/support/mesh_world.hpp"
@@ -19,14 +21,14 @@ World slabAndWall(Geometry geometry, double mu) {
         World world = meshWorld(centeredBox(10, 10, 4), boxMesh({100, 100, 6}, {-50, -50, -6}),
                                 at(0, 0, 2 + Settings{}.contactDistance));
         const auto wall = std::make_shared<const Surface>(surfaceOf(boxMesh({6, 30, 30}, {-6, -15, -15})));
-        world.obstacles.push_back({"wall", ball(1), at(-6, 0, 2), wall});
-        for (Obstacle& obstacle : world.obstacles) obstacle.friction = friction;
+        world.obstacles.push_back({"wall", {.surface = wall, .spheres = ball(1)}, at(-6, 0, 2)});
+        rub(world, friction);
         return world;
     }
     const auto feet = treeOf({{-4, -4, 0, 2}, {4, -4, 0, 2}, {-4, 4, 0, 2}, {4, 4, 0, 2}});
     World world = worldOf(feet, treeOf({{0, 0, -200, 200}}), at(0, 0, 2));
-    world.obstacles.push_back({"wall", treeOf({{-200, 0, 0, 200}}), at(-7, 0, 2)});
-    for (Obstacle& obstacle : world.obstacles) obstacle.friction = friction;
+    world.obstacles.push_back({"wall", bySpheres(treeOf({{-200, 0, 0, 200}})), at(-7, 0, 2)});
+    rub(world, friction);
     return world;
 }
 
@@ -57,24 +59,23 @@ TEST_CASE("pushed: with friction a tool with nothing behind it gives way to what
     const double kept = geometry == Geometry::Mesh ? Settings{}.contactDistance : 0;
     int held = 0;
     for (const Motion& motion : kMotions)
-        for (int solver = 0; solver < int(frictionSolverTable().size()); ++solver) {
-            if (mu != 0.4 && solver > 0) continue;
+        for (const FrictionSolverInfo& solver : frictionSolverTable()) {
+            if (mu != 0.4 && solver.name != kExactFrictionSolver) continue;
             Settings settings = settingsFor(geometry);
-            settings.frictionSolver = solver;
-            CAPTURE(geometryNames()[std::size_t(geometry)], mu, speed, motion.name,
-                    frictionSolverTable()[std::size_t(solver)].name);
+            settings.frictionSolver = solver.name;
+            CAPTURE(geometryNames()[std::size_t(geometry)], mu, speed, motion.name, solver.name);
             const int ticks = speed < 0.01 ? 60 : 20;
-            StepState state(world);
+            TickState state(world);
             const Pose device = at(0, 0, 2 - motion.press);
             TickRecord record;
             for (int tick = 0; tick < 20; ++tick) record = step(world, settings, {device}, state);
             // Contacts of the relaxation hover while they slide, so that they are where nothing touches.
-            const bool relaxed = frictionSolverTable()[std::size_t(solver)].name.starts_with("convex");
+            const bool relaxed = solver.law.hovers;
             const auto follow = [&](double share) {
                 const std::vector<Pose> targets{
                     at(share * motion.slab.x(), share * motion.slab.y(), share * motion.slab.z(), share * motion.turn),
                     {world.obstacles[1].X_WO.p + share * motion.wall, Quat::Identity()}};
-                record = step(world, settings, {device, {}, targets}, state);
+                record = step(world, settings, {device, state.nextMove(targets)}, state);
                 held += !relaxed && (record.flags & kObstacleHeld) != 0;
                 CHECK((record.flags & (kInfeasible | kNonFinite | kListOverflow)) == 0);
                 return state.obstacles()[0] == targets[0] && state.obstacles()[1] == targets[1];

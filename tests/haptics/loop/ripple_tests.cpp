@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "haptics/builder/tree_builder.hpp"
+#include "haptics/loop/distances.hpp"
 #include "haptics/loop/step.hpp"
 #include "tests/support/sphere_models.hpp"
 #include "tests/support/test_meshes.hpp"
@@ -24,8 +25,8 @@ double rippleOf(const TreeOptions& options) {
     const double contact = size.z() + 10 - clearance(size.z() + 10);
 
     Settings settings;
-    settings.shadow = -1;
-    StepState state(world);
+    settings.shadow = kNoSolver;
+    TickState state(world);
     state.reset(at(start.x(), start.y(), contact + 1));
     double least = HUGE_VAL, most = 0, sum = 0;
     constexpr int kPress = 600, kSettle = 200, kSlide = 1000;

@@ -1,6 +1,7 @@
 // What the searches of a tick may take, whatever the parts and however the device jumps.
 #include <catch2/catch.hpp>
 
+#include "haptics/loop/distances.hpp"
 #include "haptics/loop/step.hpp"
 #include "haptics/loop/work_limits.hpp"
 #include "tests/support/exact_judge.hpp"
@@ -85,19 +86,19 @@ class Stepper {
         const TickRecord record = touchstone::step(table_.world, settings_, {device}, state_);
         CAPTURE(record.tick, record.flags, record.linearisations);
         // A tick ends with the linearization that exceeds its sum, which may still search for its list twice.
-        REQUIRE(state_.searches().spent() <= kSearchLimits.tick + 2 * kSearchLimits.list);
+        REQUIRE(searches(state_).spent() <= kSearchLimits.tick + 2 * kSearchLimits.list);
         REQUIRE((record.flags & (kListOverflow | kNonFinite | kOverlapping | kBadInput)) == 0);
         if (judged && settings_.geometry == Geometry::Mesh) REQUIRE_FALSE(table_.judge.overlap(record.X_WT));
         if (judged && settings_.geometry == Geometry::Spheres)  // one linearization may leave 0.5 µm
             REQUIRE(trueClearance(table_.world, record.X_WT, 0) >= -1e-3);
         return record;
     }
-    bool isShortened() const { return state_.searches().isShortened(); }
+    bool isShortened() const { return searches(state_).isShortened(); }
 
   private:
     const Table& table_;
     Settings settings_;
-    StepState state_;
+    TickState state_;
 };
 
 constexpr double kJumps[] = {2, 4, 20, 100};  // mm

@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/qp/friction_table.hpp"
 
 namespace touchstone::settings_tests {
@@ -41,8 +42,8 @@ TEST_CASE("settings: every key reads back the bits that it wrote", "[loop]") {
             REQUIRE(setSetting(from, info.key, text) == "");
         }
         from.mode = random() % 2 ? Mode::Paper : Mode::Default;
-        from.solver = static_cast<int>(random() % solverTable().size());
-        from.shadow = static_cast<int>(random() % (solverTable().size() + 1)) - 1;
+        from.solver = solverTable()[random() % solverTable().size()].name;
+        from.shadow = random() % 4 ? solverTable()[random() % solverTable().size()].name : kNoSolver;
         from.adaptiveMargin = random() % 2;
         from.screening = static_cast<Screening>(random() % 3);
         from.pause = random() % 2;
@@ -108,7 +109,7 @@ TEST_CASE("settings: error messages say what is accepted", "[loop]") {
     CHECK(setSetting(settings, "solver", "none") == "solver must be one of " + solvers + "not 'none'");
     CHECK(setSetting(settings, "shadow", "simplex") == "shadow must be one of " + solvers + "none, not 'simplex'");
     CHECK(setSetting(settings, "shadow", "none") == "");
-    CHECK(settings.shadow == -1);
+    CHECK(settings.shadow == kNoSolver);
     CHECK(getSetting(settings, "shadow") == "none");
     CHECK(setSetting(settings, "stifness", "1") == "there is no setting 'stifness': did you mean 'stiffness'?");
     const std::string unknown = setSetting(settings, "colour", "1");
@@ -135,24 +136,24 @@ TEST_CASE("settings: values set directly in the struct are checked, too", "[loop
     settings.rate = std::numeric_limits<double>::quiet_NaN();
     CHECK(checkSettings(settings) == "rate must be a number from 250 to 10000 Hz, not 'nan'");
     settings = {};
-    settings.solver = 99;
+    settings.solver = "simplex";
     CHECK(checkSettings(settings).find("solver must be one of") == 0);
-    settings.solver = -1;
+    settings.solver = kNoSolver;
     CHECK(checkSettings(settings).find("solver must be one of") == 0);
     settings = {};
-    settings.shadow = -2;
+    settings.shadow = "";
     CHECK(checkSettings(settings).find("shadow must be one of") == 0);
     settings = {};
-    settings.frictionSolver = static_cast<int>(frictionSolverTable().size());
+    settings.frictionSolver = "pqp";
     CHECK(checkSettings(settings).find("friction_solver must be one of cone-newton, ") == 0);
     settings = {};
-    settings.frictionShadow = -1;
+    settings.frictionShadow = kNoSolver;
     CHECK(checkSettings(settings).find("friction_shadow must be one of") == 0);
 }
 
 TEST_CASE("settings: friction solvers have names of their own", "[settings]") {
     Settings settings;
-    CHECK(frictionSolverTable()[static_cast<std::size_t>(settings.frictionSolver)].exact);
+    CHECK(findFrictionSolver(settings.frictionSolver)->exact);
     CHECK(getSetting(settings, "friction_shadow") == "convex");
     for (const FrictionSolverInfo& info : frictionSolverTable()) {
         CHECK(setSetting(settings, "friction_solver", info.name).empty());

@@ -28,7 +28,7 @@ struct Counts {
 /// Walks with a hand whose quaternions have random signs, and beside it with one that has them as they come.
 Counts walk(const Settings& settings, const Pose& start, unsigned seed) {
     const World world = boxOnPlate(start);
-    StepState state(world), other(world);
+    TickState state(world), other(world);
     WanderingHand hand(seed, 8);
     Random random(seed);
     Counts counts;

@@ -1,6 +1,7 @@
 // Starts at which parts touch or overlap: what only touches is felt from the first tick, what overlaps can be left.
 #include <catch2/catch.hpp>
 
+#include "haptics/loop/distances.hpp"
 #include "haptics/loop/step.hpp"
 #include "tests/support/mesh_world.hpp"
 
@@ -35,7 +36,7 @@ enum class Scene { One, Several, Assembled, Stacked };
 enum class Way { Start, Reset, Restart, Moved };
 
 Obstacle part(const TriangleMesh& mesh, const Pose& X_WO = {}) {
-    return {"part", ball(1), X_WO, std::make_shared<const Surface>(surfaceOf(mesh))};
+    return {"part", {.surface = std::make_shared<const Surface>(surfaceOf(mesh)), .spheres = ball(1)}, X_WO};
 }
 
 /// A square peg, 10 mm wide and 40 mm long, whose lower end meets obstacles at z = 0.
@@ -49,12 +50,12 @@ World pegOn(Scene scene, double mu, double play = kPlay) {
     if (scene == Scene::Stacked)
         world.obstacles = {part(boxMesh({60, 60, 6}, {-30, -30, -16})), part(boxMesh({20, 20, 10}, {-10, -10, -10})),
                            part(boxMesh({20, 20, 10}, {5, -10, 0}))};
-    for (Obstacle& obstacle : world.obstacles) obstacle.friction = {mu, mu};
+    rub(world, {mu, mu});
     return world;
 }
 
 /// Begins with the peg's end at this height above the obstacles; returns where the peg is.
-Pose begin(StepState& state, World& world, Way way, double gap, const Settings& settings) {
+Pose begin(TickState& state, World& world, Way way, double gap, const Settings& settings) {
     Pose pose = at(0, 0, gap);
     if (way != Way::Start) {
         state.reset(at(0, 0, 30));
@@ -86,7 +87,7 @@ TEST_CASE("start: parts that touch are felt from the first tick, and parts that 
         CAPTURE(int(scene), int(way), mu, gap);
         const bool touches = gap > -1.5 * kDistance;
         World world = pegOn(scene, mu);
-        StepState state(world);
+        TickState state(world);
         const Pose start = begin(state, world, way, gap, settings);
         CHECK(startsInside(world, start, state.obstacles(), settings) == !touches);
         // At rest: led out at once by no more than it is inside and the distance that is kept, or not moved.
@@ -145,7 +146,7 @@ TEST_CASE("start: a peg without play, or pressed in by some nanometers, can be p
     CAPTURE(mu, play);
     World world = pegOn(Scene::Assembled, mu, play);
     const Settings settings = settingsFor(Geometry::Mesh);
-    StepState state(world);
+    TickState state(world);
     state.reset(at(0, 0, 0));
     TickRecord record;
     for (int i = 1; i <= 20; ++i) {
@@ -162,11 +163,11 @@ TEST_CASE("start: between spheres what touches or overlaps is led out and felt",
     const auto feet = treeOf({{-4, -4, 0, 2}, {4, -4, 0, 2}, {-4, 4, 0, 2}, {4, 4, 0, 2}});
     const double mu = GENERATE(0.0, 0.3);
     World world = worldOf(feet, treeOf({{0, 0, -1000, 1000}}), at(0, 0, 2));
-    world.obstacles[0].friction = {mu, mu};
+    rub(world, {mu, mu});
     const double touch = 2 - 16.0 / 1000;  // feet at 4 √2 mm from the axis: 2 - 32 / 2000
     for (const double gap : {1e-3, 0.0, -1e-6, -1e-3, -2e-3, -1e-2, -0.5}) {
         CAPTURE(mu, gap);
-        StepState state(world);
+        TickState state(world);
         state.reset(at(0, 0, touch + gap));
         TickRecord record;
         for (int i = 0; i <= 20; ++i)

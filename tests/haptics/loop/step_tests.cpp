@@ -1,4 +1,6 @@
 // Compares the tick with answers that follow from the geometry.
+#include "haptics/loop/distances.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/loop/step.hpp"
 
 #include <catch2/catch.hpp>
@@ -16,7 +18,7 @@ namespace {
 
 Settings exactAlone() {
     Settings settings;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     return settings;
 }
 
@@ -29,10 +31,10 @@ World bodies() {
 /// Steps along a motion, given as one pose for each tick, and calls check(record) after each tick.
 template <class Motion, class Check>
 TickRecord drive(const World& world, const Settings& settings, int ticks, Motion&& motion, Check&& check) {
-    StepState state(world);
+    TickState state(world);
     TickRecord record;
     for (int tick = 0; tick < ticks; ++tick) {
-        record = step(world, settings, {motion(tick)}, state, {}, true);
+        record = step(world, settings, {motion(tick)}, state, {.audit = true});
         check(record);
     }
     return record;
@@ -118,7 +120,9 @@ TEST_CASE("step: a pinched ball gets no deeper than at the start, and the flags 
     // Walls above and below, each `overlap` into a ball of 10 mm.
     const auto wall = slab(13, 2, 2);
     World world{
-        ball(10), {{"below", wall, at(0, -12 + overlap, 0)}, {"above", wall, at(0, 12 - overlap, 0)}}, at(0, 0, 0)};
+        bySpheres(ball(10)),
+        {{"below", bySpheres(wall), at(0, -12 + overlap, 0)}, {"above", bySpheres(wall), at(0, 12 - overlap, 0)}},
+        at(0, 0, 0)};
     const double given = -trueClearance(world, world.X_WT_start);
     REQUIRE(given == Approx(overlap).margin(1e-5));  // spheres are stored in float
     bool infeasible = false;
@@ -171,7 +175,7 @@ TEST_CASE("step: the travel budget bounds how fast a loaded tool may move", "[st
 TEST_CASE("step: a device that jumps out of contact takes the tool along, and no force remains", "[step]") {
     const World world = worldOf(blob(600, 20, 5), blob(600, 20, 6), at(0, 45, 0));
     const Settings settings = exactAlone();
-    StepState state(world);
+    TickState state(world);
     TickRecord r;
     for (int tick = 0; tick < 400; ++tick)
         r = step(world, settings, {at(0, std::max(28.0, 45 - 0.05 * tick), 0)}, state);
@@ -214,7 +218,7 @@ TEST_CASE("step: deep overlaps are solved with few rows, and the answer is that 
     Settings settings = exactAlone(), all = exactAlone();
     all.adaptiveMargin = false;
     all.margin = all.trust = settings.margin = settings.trust = 0.1;  // all pairs within this margin fit into the rows
-    StepState few(world), full(world);
+    TickState few(world), full(world);
     double depth = -trueClearance(world, world.X_WT_start);
     REQUIRE(depth > 3);
     int solved = 0;
@@ -238,7 +242,9 @@ TEST_CASE("step: deep overlaps are solved with few rows, and the answer is that 
 }
 
 TEST_CASE("step: the penetration meter equals the overlap of the true clearance to the last bit", "[step]") {
-    const World world{blob(300, 20, 5), {{"a", blob(300, 20, 6), {}}, {"b", ball(10), at(30, 0, 0)}}, at(0, 60, 0)};
+    const World world{bySpheres(blob(300, 20, 5)),
+                      {{"a", bySpheres(blob(300, 20, 6))}, {"b", bySpheres(ball(10)), at(30, 0, 0)}},
+                      at(0, 60, 0)};
     PenetrationMeter meter(world);
     int deep = 0, free = 0;
     // In and out, so that it reaches shallow and deep poses from both directions.
@@ -257,7 +263,7 @@ TEST_CASE("step: the adaptive margin changes the number of rows, but no answer w
     const World world = worldOf(blob(600, 20, 5), blob(600, 20, 6), at(0, 45, 0));
     Settings adaptive = exactAlone(), full = exactAlone();
     full.adaptiveMargin = false;
-    StepState a(world), b(world);
+    TickState a(world), b(world);
     long rowsAdaptive = 0, rowsFull = 0;
     int reached = 0;
     for (int tick = 0; tick < 600; ++tick) {
@@ -284,11 +290,12 @@ TEST_CASE("step: results do not depend on the shadow, the timer, the audit or th
                   Vec3(0.1 * std::sin(0.01 * tick), 0, 0));
     };
     const auto hashOf = [&](const Settings& settings, const StageClock& clock, bool audit) {
-        StepState state(world);
+        TickState state(world);
         std::uint64_t hash = hashTick({});
         TickRecord record;
         for (int tick = 0; tick < 500; ++tick)
-            hash = hashTick(record = step(world, settings, {device(tick)}, state, clock, audit), hash);
+            hash =
+                hashTick(record = step(world, settings, {device(tick)}, state, {.clock = clock, .audit = audit}), hash);
         REQUIRE(record.wrench_C.force.norm() > 5);
         return hash;
     };
@@ -296,28 +303,28 @@ TEST_CASE("step: results do not depend on the shadow, the timer, the audit or th
     const StageClock clock{[] { return counter += 7; }, 1e-3};
     const Settings plain = settingsFor(geometry);
     Settings shadowed = plain, fresh = plain;
-    shadowed.shadow = findSolver("pqp");
+    shadowed.shadow = "pqp";
     fresh.slack = 0.0;  // a new list for every linearisation
     REQUIRE(hashOf(plain, {}, false) == hashOf(plain, {}, false));
     REQUIRE(hashOf(plain, {}, false) == hashOf(shadowed, clock, true));
     REQUIRE(hashOf(plain, {}, false) == hashOf(fresh, {}, false));
     // An audit runs an exact solver beside an approximate one.
-    for (const int solver : approximateSolvers()) {
+    for (const std::string_view solver : approximateSolvers()) {
         Settings approximate = plain;
         approximate.solver = solver;
         approximate.tolerance = 0.1;
-        CAPTURE(solverTable()[solver].name);
+        CAPTURE(solver);
         REQUIRE(hashOf(approximate, {}, false) == hashOf(approximate, clock, true));
     }
 }
 
 TEST_CASE("step: entries from another thread change no result, at any pose and width", "[step]") {
     const World world = worldOf(blob(300, 20, 7), blob(300, 20, 8), at(0, 45, 0));
-    LeafPairFinder finder(*world.tool, *world.obstacles[0].tree);
-    PairEntries entries(*world.tool, *world.obstacles[0].tree);
+    LeafPairFinder finder(*world.tool.spheres, *world.obstacles[0].part.spheres);
+    PairEntries entries(*world.tool.spheres, *world.obstacles[0].part.spheres);
     const PairEntries* offered[] = {&entries};
     const Settings settings = exactAlone();
-    StepState plain(world), helped(world);
+    TickState plain(world), helped(world);
     std::mt19937 random(3);
     std::uniform_real_distribution<double> uniform(-1, 1);
     int complete = 0;
@@ -330,7 +337,7 @@ TEST_CASE("step: entries from another thread change no result, at any pose and w
             REQUIRE(finder.find({off * expected.X_WT, 1.5 + uniform(random)}, entries));
             complete += finder.reserve(entries, {expected.X_WT, 0}) > 0;
         }
-        REQUIRE(hashTick(step(world, settings, {device, offered}, helped)) == hashTick(expected));
+        REQUIRE(hashTick(step(world, settings, {device}, helped, {.entries = offered})) == hashTick(expected));
     }
     REQUIRE(complete > 50);
 }
@@ -342,16 +349,16 @@ TEST_CASE("step: the tick allocates nothing, in any mode, with every solver", "[
                                                                   {Mode::Paper, Geometry::Spheres},
                                                                   {Mode::Penalty, Geometry::Spheres},
                                                                   {Mode::GodObject, Geometry::Spheres}}));
-    for (int solver = 0; solver < int(solverTable().size()); ++solver) {
+    for (const std::string_view solver : allSolvers()) {
         CAPTURE(int(mode), int(geometry), solver);
-        StepState state(world);
+        TickState state(world);
         Settings settings = settingsFor(geometry);
         settings.mode = mode;
         settings.solver = solver;
         settings.shadow = solver == kExactSolver ? Settings().shadow : kExactSolver;
         AllocationCounter counter;
         for (int tick = 0; tick < 400; ++tick)
-            step(world, settings, {at(0, std::max(30.0, 45 - 0.06 * tick), 0)}, state, {}, true);
+            step(world, settings, {at(0, std::max(30.0, 45 - 0.06 * tick), 0)}, state, {.audit = true});
         REQUIRE(counter.count() == 0);
     }
 }
@@ -364,7 +371,7 @@ TEST_CASE("step: a state resumed from a record gives the answers of the uninterr
         return at(3 * std::sin(0.02 * tick), std::max(28.0, 45 - 0.06 * tick), 0,
                   Vec3(0.1 * std::sin(0.01 * tick), 0, 0));
     };
-    StepState going(world), resumed(world);
+    TickState going(world), resumed(world);
     TickRecord last = step(world, settings, {device(0)}, going);
     int loaded = 0;
     for (int tick = 1; tick < 500; ++tick) {
@@ -382,7 +389,7 @@ TEST_CASE("step: a state resumed from a record gives the answers of the uninterr
 
 TEST_CASE("step: bad input holds the tool without force until valid input returns", "[step]") {
     const World world = worldOf(ball(10), ball(10), at(0, 25, 0));
-    StepState state(world);
+    TickState state(world);
     const Settings settings = exactAlone();
     for (int tick = 0; tick < 200; ++tick) step(world, settings, {at(0, std::max(18.0, 25 - 0.05 * tick), 0)}, state);
     const TickRecord before = step(world, settings, {at(0, 18, 0)}, state);
@@ -400,7 +407,7 @@ TEST_CASE("step: bad input holds the tool without force until valid input return
 
 TEST_CASE("step: pause holds the tool and gives no force", "[step]") {
     const World world = worldOf(ball(10), ball(10), at(0, 25, 0));
-    StepState state(world);
+    TickState state(world);
     Settings settings = exactAlone();
     settings.pause = true;
     const TickRecord r = step(world, settings, {at(0, 18, 0)}, state);
@@ -411,8 +418,8 @@ TEST_CASE("step: pause holds the tool and gives no force", "[step]") {
 
 TEST_CASE("step: no solver's answer lets the tool penetrate, at any tolerance", "[step]") {
     const double tolerance = GENERATE(1.0, 0.1, 1e-3);
-    const int solver = GENERATE(from_range(allSolvers()));
-    CAPTURE(tolerance, solverTable()[solver].name);
+    const std::string_view solver = GENERATE(from_range(allSolvers()));
+    CAPTURE(tolerance, solver);
     const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
     const World world = bodies();
     Settings settings = settingsFor(geometry);
@@ -432,8 +439,8 @@ TEST_CASE("step: an approximate solver gets only the rows that screening keeps, 
           "[step]") {
     const World world = worldOf(blob(3000, 20, 11), blob(3000, 20, 12), at(0, 45, 0));
     const auto screening = GENERATE(Screening::None, Screening::Screen, Screening::Cluster);
-    const int solver = GENERATE(from_range(approximateSolvers()));
-    CAPTURE(int(screening), solverTable()[solver].name);
+    const std::string_view solver = GENERATE(from_range(approximateSolvers()));
+    CAPTURE(int(screening), solver);
     Settings settings = exactAlone();
     settings.solver = solver;
     settings.tolerance = 1e-4;
@@ -443,7 +450,7 @@ TEST_CASE("step: an approximate solver gets only the rows that screening keeps, 
     settings.screening = screening;
     long rows = 0, left = 0, inexact = 0;
     double error = 0;
-    StepState reference(world);
+    TickState reference(world);
     Settings exactly = settings;
     exactly.solver = exactAlone().solver;
     drive(
@@ -491,7 +498,7 @@ TEST_CASE("step: the error of the shadow is measured on the rows that screening 
 
 TEST_CASE("step: the shadow's error is relative to the exact answer on the same rows", "[step]") {
     const World world = worldOf(blob(300, 20, 13), blob(300, 20, 14), at(0, 45, 0));
-    const int shadow = GENERATE(from_range(approximateSolvers()));
+    const std::string_view shadow = GENERATE(from_range(approximateSolvers()));
     const auto worst = [&](double tolerance) {
         Settings settings;
         settings.shadow = shadow;
@@ -526,10 +533,10 @@ TEST_CASE("step: paper mode's residuals are in mm of the contact, not in its squ
     const World world = worldOf(ball(10), ball(10), at(0, 20, 0));
     Settings settings = exactAlone();
     settings.mode = Mode::Paper;
-    settings.solver = findSolver("pqp");
+    settings.solver = "pqp";
     settings.paperWork = 1;
     settings.tolerance = 1e9;
-    StepState state(world);
+    TickState state(world);
     const TickRecord r = step(world, settings, {at(0, 19, 0)}, state);
     REQUIRE(r.rows == 1);
     REQUIRE(r.kkt.primal_mm > 0.1);
@@ -541,7 +548,7 @@ TEST_CASE("step: paper mode keeps the deepest rows and counts the rest", "[step]
     Settings settings = exactAlone();
     settings.mode = Mode::Paper;
     settings.paperRows = 50;
-    StepState state(world);
+    TickState state(world);
     const TickRecord r = step(world, settings, {at(0, 20, 0)}, state);
     REQUIRE(r.pairs > 50);
     REQUIRE(r.rows == 50);
@@ -556,7 +563,7 @@ TEST_CASE("step: with more pairs than rows the nearest are kept, the others coun
     Settings settings = exactAlone();
     settings.margin = settings.trust = 5;
     settings.adaptiveMargin = false;
-    StepState state(world);
+    TickState state(world);
     const TickRecord r = step(world, settings, {at(0, 0.5, 0)}, state);
     REQUIRE((r.flags & kRowsTruncated) != 0);
     REQUIRE(r.rowsTruncated == 90'000 - 300);
@@ -569,7 +576,7 @@ TEST_CASE("step: with more pairs than the list holds, the tool is held with zero
     Settings settings = exactAlone();
     settings.margin = settings.trust = 5;
     settings.adaptiveMargin = false;
-    StepState state(world);
+    TickState state(world);
     const TickRecord r = step(world, settings, {at(0, 0.5, 0)}, state);
     REQUIRE((r.flags & kListOverflow) != 0);
     REQUIRE(r.wrench_C.force.isZero(0));

@@ -160,7 +160,7 @@ TEST_CASE("tick driver: solver and geometry change at zero force, 50 ms out and 
     const Settings before = f.driver->settings();
     Settings settings = before;
     if (GENERATE(true, false))
-        settings.solver = findSolver("active-set");
+        settings.solver = "active-set";
     else
         settings.geometry = before.geometry == Geometry::Mesh ? Geometry::Spheres : Geometry::Mesh;
     settings.stiffness = 3;
@@ -201,7 +201,7 @@ TEST_CASE("tick driver: a change that cannot make the force jump acts at the nex
     f.run(200);
     Settings settings;
     settings.margin = 0.7;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     f.driver->request(settings);
     CHECK(share(f.run(1)) == 1);
     CHECK(f.driver->settings().margin == 0.7);
@@ -344,7 +344,7 @@ TEST_CASE("tick driver: a failure during a fade-out makes the change act at once
     });
     f.run(200);
     Settings settings;
-    settings.solver = findSolver("active-set");
+    settings.solver = "active-set";
     f.driver->request(settings);
     f.run(11);
     CHECK(f.driver->settings().solver == kExactSolver);

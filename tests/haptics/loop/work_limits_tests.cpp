@@ -26,7 +26,7 @@ TEST_CASE("work limits: shares of the period become counts, and never raise a se
 TEST_CASE("work limits: a solver on another device is used where its round trip fits, with the updates that fit",
           "[loop]") {
     // They stay in the table, which other tests of this process read.
-    const auto make = [](int capacity) { return solverTable()[std::size_t(findSolver("pqp"))].make(capacity); };
+    const auto make = [](int capacity) { return findSolver("pqp")->make(capacity); };
     addSolver({"far", "another device", false, make, []() -> const RoundTrip& {
                    static const RoundTrip trip{.trouble = "", .us = 300, .updateUs = 4};
                    return trip;
@@ -35,8 +35,7 @@ TEST_CASE("work limits: a solver on another device is used where its round trip 
                    static const RoundTrip trip{.trouble = "there is no card"};
                    return trip;
                }});
-    const int far = findSolver("far"), absent = findSolver("absent"), pqp = findSolver("pqp");
-    const auto kept = [](int solver, int shadow, double rate) {
+    const auto kept = [](std::string_view solver, std::string_view shadow, double rate) {
         Settings settings;
         settings.solver = solver;
         settings.shadow = shadow;
@@ -45,30 +44,30 @@ TEST_CASE("work limits: a solver on another device is used where its round trip 
         return std::tuple(settings, sentences);
     };
     {
-        const auto [settings, sentences] = kept(far, -1, 1000);  // 380 of 400 µs
-        CHECK(settings.solver == far);
+        const auto [settings, sentences] = kept("far", kNoSolver, 1000);  // 380 of 400 µs
+        CHECK(settings.solver == "far");
         CHECK(sentences.empty());
         const Settings limited = limitWork(settings, 2, {.solver = 0.4, .shadow = 0.3});
         CHECK(limited.iterationCap == 25);  // (400 - 300) / 4
         CHECK(limited.solverWait == Approx(400));
     }
     {
-        const auto [settings, sentences] = kept(far, far, 1000);  // 300 µs for the shadow
-        CHECK(settings.solver == far);
-        CHECK(settings.shadow == pqp);
+        const auto [settings, sentences] = kept("far", "far", 1000);  // 300 µs for the shadow
+        CHECK(settings.solver == "far");
+        CHECK(settings.shadow == "pqp");
         REQUIRE(sentences.size() == 1);
         CHECK(sentences[0] ==
               "far is not used here, and pqp solves on the processor: its round trip with 20 updates takes 380 µs, and "
               "a tick at 1000 Hz has 300 µs for it");
     }
     {
-        const auto [settings, sentences] = kept(absent, pqp, 250);
-        CHECK(settings.solver == pqp);
-        CHECK(settings.shadow == pqp);
+        const auto [settings, sentences] = kept("absent", "pqp", 250);
+        CHECK(settings.solver == "pqp");
+        CHECK(settings.shadow == "pqp");
         REQUIRE(sentences.size() == 1);
         CHECK(sentences[0] == "absent is not used here, and pqp solves on the processor: there is no card");
     }
-    const auto [settings, sentences] = kept(kExactSolver, -1, 1000);
+    const auto [settings, sentences] = kept(kExactSolver, kNoSolver, 1000);
     CHECK(sentences.empty());
     CHECK(std::isinf(limitWork(settings, 2).solverWait));
 }

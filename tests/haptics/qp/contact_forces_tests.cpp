@@ -40,7 +40,7 @@ TEST_CASE("contact forces: what closes a gap and jams has an exact answer", "[qp
     };
     ConeNewton solver(ContactForces::kMaxContacts);
     ContactForces forces;
-    const auto frictionless = solverTable()[kExactSolver].make(16);
+    const auto frictionless = findSolver(kExactSolver)->make(16);
     int restarted = 0;
     for (int trial = 0; trial < 900; ++trial) {
         CAPTURE(trial);
@@ -82,7 +82,7 @@ TEST_CASE("contact forces: a tool that is nearer than allowed at many points and
     slot.add(-Vec3::UnitZ(), {1, 0, 5}, 0);
     ConeNewton solver(ContactForces::kMaxContacts);
     ContactForces forces;
-    const auto frictionless = solverTable()[kExactSolver].make(slot.rows.capacity());
+    const auto frictionless = findSolver(kExactSolver)->make(slot.rows.capacity());
     const auto solve = [&](double pull) {
         Vec6 wanted = Vec6::Zero();
         wanted.head<3>() << pull, 0, -4;
@@ -104,7 +104,7 @@ TEST_CASE("contact forces: of many rows that are crossed, those that will carry 
     std::uniform_real_distribution<double> both(-1, 1);
     const auto any = [&] { return Vec3(both(random), both(random), both(random)); };
     ConeNewton solver(ContactForces::kMaxContacts);
-    const auto frictionless = solverTable()[kExactSolver].make(256);
+    const auto frictionless = findSolver(kExactSolver)->make(256);
     int evaluations = 0;
     for (int trial = 0; trial < 100; ++trial) {
         CAPTURE(trial);

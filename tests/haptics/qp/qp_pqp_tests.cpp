@@ -141,7 +141,7 @@ TEST_CASE("pqp, paper form: has no safeguard against a zero row, contradicting r
 
 TEST_CASE("pqp: Solved meets the tolerance, and a smaller tolerance gives a smaller error", "[qp][pqp]") {
     const auto pqp = makePqp(300);
-    const auto exact = solverTable()[kExactSolver].make(300);
+    const auto exact = findSolver(kExactSolver)->make(300);
     double lastMean = 1e9;
     for (const double tolerance : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5}) {
         std::mt19937_64 random(31);

@@ -67,7 +67,7 @@ void requireCorrect(const HardProblem& hard, const SolveResult& result, bool sta
 TEST_CASE("exact solver: no wrong answer in 100,000 hard problems", "[qp][long]") {
     constexpr int kProblems = 100'000, kColdStarts = 2000;
     std::mt19937_64 random(2025);
-    const auto solver = solverTable()[kExactSolver].make(512);
+    const auto solver = findSolver(kExactSolver)->make(512);
     Tally tally;
     int capped = 0;
     for (int i = 0; i < kProblems; ++i) {
@@ -94,7 +94,7 @@ TEST_CASE("exact solver: planes that nearly coincide do not count as contradicti
     constexpr int kProblems = 50'000;
     constexpr double kLargest = 1e7;  // N: beyond it rows may count as contradicting
     std::mt19937_64 random(7);
-    const auto solver = solverTable()[kExactSolver].make(80);
+    const auto solver = findSolver(kExactSolver)->make(80);
     int solved = 0, elastic = 0;
     for (int i = 0; i < kProblems; ++i) {
         const Contacts contacts = randomContacts(random, ContactKind::Degenerate, 1 + int(random() % 60));

@@ -76,7 +76,7 @@ TEST_CASE("row screen: no point of the ball that satisfies the kept rows violate
 TEST_CASE("row screen: the answer is the same inside the ball, and an answer outside is reported", "[qp]") {
     std::mt19937_64 random(4);
     RowScreen screen(300);
-    const auto full = solverTable()[kExactSolver].make(300), few = solverTable()[kExactSolver].make(300);
+    const auto full = findSolver(kExactSolver)->make(300), few = findSolver(kExactSolver)->make(300);
     int exact = 0, left = 0, all = 0, clustered = 0;
     double clusterError = 0;
     for (int i = 0; i < 300; ++i) {

@@ -25,7 +25,7 @@ class SlowTool {
     /// Moves toward the device by one linearization; returns the length of the step, mm.
     double step(const Pose& device, double trust) {
         const Vec6 wanted = incrementBetween(q, device);
-        const auto solver = solverTable()[kExactSolver].make(1024);
+        const auto solver = findSolver(kExactSolver)->make(1024);
         std::map<std::uint64_t, CrossingRow> rows;
         Vec6 x = wanted;
         result_ = {};

@@ -10,6 +10,7 @@
 
 #include "engine/ui/user_files.hpp"
 #include "engine/view/image_file.hpp"
+#include "haptics/loop/distances.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 #include "tests/support/fake_hd/fake_hd_device.hpp"
 #include "tests/support/ui_scene.hpp"
@@ -570,7 +571,7 @@ TEST_CASE("window: dragging the tolerance while PQP renders changes its error", 
     const TempFolder folder;
     WindowRunOptions options = optionsFor(holdFile(folder));
     options.session.adjust = [](Settings settings) {
-        settings.solver = findSolver("pqp");
+        settings.solver = "pqp";
         settings.shadow = kExactSolver;  // measures the solver that renders
         settings.tolerance = 0.5;
         settings.adaptiveMargin = false;
@@ -661,7 +662,7 @@ TEST_CASE("window: sweeps a contact, the tolerance moves the marker, and the plo
     std::size_t points = 0;
     std::optional<SweepPoint> before, after;
     const auto marker = [](WindowFrame& frame) {
-        return pointAt(*frame.measure.sweeps().result(), findSolver("pqp"), frame.session.settings().tolerance);
+        return pointAt(*frame.measure.sweeps().result(), "pqp", frame.session.settings().tolerance);
     };
     User user;
     user.until(isAtRest)

@@ -101,7 +101,7 @@ TEST_CASE("pqp-gpu: to a tolerance, answers are as near the optimum as the CPU's
     const auto answers = gpu.solve(problems, settings);
     int solved = 0;
     for (std::size_t p = 0; p < problems.size(); ++p) {
-        const auto exact = solverTable()[kExactSolver].make(problems[p].rows->size());
+        const auto exact = findSolver(kExactSolver)->make(problems[p].rows->size());
         const auto pqp = makePqp(problems[p].rows->size());
         const Vec6 truth = exact->solve(problems[p], {}).x;
         const SolveResult cpu = pqp->solve(problems[p], settings);

@@ -19,17 +19,17 @@ using namespace test;
 
 namespace {
 
-/// Its index in the table.
-int pqpGpu() {
-    if (findSolver("pqp-gpu") < 0) addGpuSolver();
-    return findSolver("pqp-gpu");
+/// Its row of the table.
+const SolverInfo& pqpGpu() {
+    if (!findSolver("pqp-gpu")) addGpuSolver();
+    return *findSolver("pqp-gpu");
 }
 
-Settings withSolver(int solver) {
+Settings withSolver(std::string_view solver) {
     Settings settings;
     settings.geometry = Geometry::Spheres;
     settings.solver = solver;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     settings.tolerance = 1e-4;
     return settings;
 }
@@ -37,7 +37,7 @@ Settings withSolver(int solver) {
 /// The ticks of a tool that is pressed into the ground and drawn along it.
 std::vector<TickRecord> press(const Settings& settings, int ticks) {
     const auto world = groundBelow();
-    StepState state(*world);
+    TickState state(*world);
     std::vector<TickRecord> records;
     for (int i = 0; i < ticks; ++i) {
         Pose device = world->X_WT_start;
@@ -51,7 +51,7 @@ std::vector<TickRecord> press(const Settings& settings, int ticks) {
 
 TEST_CASE("pqp-gpu: ticks have the exact solver's forces, and the same bits when repeated", "[gl]") {
     constexpr int kTicks = 40;
-    const auto card = press(withSolver(pqpGpu()), kTicks), again = press(withSolver(pqpGpu()), kTicks),
+    const auto card = press(withSolver(pqpGpu().name), kTicks), again = press(withSolver(pqpGpu().name), kTicks),
                exact = press(withSolver(kExactSolver), kTicks);
     std::uint64_t hash = hashTick(card.front()), repeated = hashTick(again.front());
     for (std::size_t i = 0; i < card.size(); ++i) {
@@ -65,9 +65,9 @@ TEST_CASE("pqp-gpu: ticks have the exact solver's forces, and the same bits when
 }
 
 TEST_CASE("pqp-gpu: if the card is late, the processor's pqp answers, and the tick says so", "[gl]") {
-    Settings hurried = withSolver(pqpGpu());
+    Settings hurried = withSolver(pqpGpu().name);
     hurried.solverWait = 0;
-    const auto late = press(hurried, 40), processor = press(withSolver(findSolver("pqp")), 40);
+    const auto late = press(hurried, 40), processor = press(withSolver("pqp"), 40);
     int flagged = 0;
     for (std::size_t i = 0; i < late.size(); ++i) {
         CAPTURE(i);
@@ -77,18 +77,18 @@ TEST_CASE("pqp-gpu: if the card is late, the processor's pqp answers, and the ti
     }
     CHECK(flagged > 20);
     // The card is free again once it has solved what nobody waits for.
-    const auto patient = press(withSolver(pqpGpu()), 40);
+    const auto patient = press(withSolver(pqpGpu().name), 40);
     for (const TickRecord& record : patient) CHECK((record.flags & kByProcessor) == 0);
 }
 
 TEST_CASE("pqp-gpu: several threads use the card, each with its own answers", "[gl]") {
-    const SolverInfo& info = solverTable()[std::size_t(pqpGpu())];
+    const SolverInfo& info = pqpGpu();
     REQUIRE(isUsable(info));
     const SolverSettings settings{.tolerance = 0, .maxIterations = 30};
     std::vector<Contacts> contacts;
     std::mt19937_64 random(3);
     for (int i = 0; i < 24; ++i) contacts.push_back(randomContacts(random, ContactKind::Slide, 20 + 10 * i));
-    const auto pqp = solverTable()[std::size_t(findSolver("pqp"))].make(500);
+    const auto pqp = findSolver("pqp")->make(500);
     std::vector<Vec6> expected, got(contacts.size());
     for (const Contacts& c : contacts) {
         pqp->reset();
@@ -114,8 +114,7 @@ TEST_CASE("pqp-gpu: more rows than the card takes are the processor's", "[gl]") 
     std::mt19937_64 random(3);
     const Contacts contacts = randomContacts(random, ContactKind::Slide, 5000);
     const SolverSettings settings{.tolerance = 1e-3};
-    const auto card = solverTable()[std::size_t(pqpGpu())].make(5000),
-               pqp = solverTable()[std::size_t(findSolver("pqp"))].make(5000);
+    const auto card = pqpGpu().make(5000), pqp = findSolver("pqp")->make(5000);
     const SolveResult result = card->solve(contacts.problem(), settings);
     CHECK(result.byProcessor);
     CHECK(result.x == pqp->solve(contacts.problem(), settings).x);
@@ -124,9 +123,9 @@ TEST_CASE("pqp-gpu: more rows than the card takes are the processor's", "[gl]") 
 TEST_CASE("pqp-gpu: as a shadow it is measured, and as a point of a sweep down to what single precision reaches",
           "[gl][sweep]") {
     Settings settings = withSolver(kExactSolver);
-    settings.shadow = pqpGpu();
+    settings.shadow = pqpGpu().name;
     const auto world = groundBelow();
-    StepState state(*world);
+    TickState state(*world);
     Pose device = world->X_WT_start;
     device.p.y() -= 5;
     device.q = Quat(Eigen::AngleAxisd(0.1, Vec3::UnitZ()));
@@ -143,7 +142,7 @@ TEST_CASE("pqp-gpu: as a shadow it is measured, and as a point of a sweep down t
     REQUIRE(sweep);
     int points = 0;
     for (const SweepPoint& point : sweep->points) {
-        if (point.solver != pqpGpu()) continue;
+        if (point.solver != pqpGpu().name) continue;
         ++points;
         CHECK(point.tolerance > 0.99e-5);
         CHECK(point.status != SolveStatus::Invalid);
@@ -157,7 +156,7 @@ TEST_CASE("pqp-gpu: as a shadow it is measured, and as a point of a sweep down t
 }
 
 TEST_CASE("pqp-gpu: a window renders with it only where its round trip fits a tick, and says so", "[gl][session]") {
-    const RoundTrip& trip = solverTable()[std::size_t(pqpGpu())].roundTrip();
+    const RoundTrip& trip = pqpGpu().roundTrip();
     INFO(trip.us << " µs, " << trip.updateUs << " µs an update");
     CHECK(trip.trouble.empty());
     CHECK(trip.us > 0);
@@ -174,9 +173,9 @@ TEST_CASE("pqp-gpu: a window renders with it only where its round trip fits a ti
         return session.running();
     }));
     Settings settings = session.settings();
-    settings.solver = settings.shadow = pqpGpu();
+    settings.solver = settings.shadow = pqpGpu().name;
     session.setSettings(settings);
-    const int expected = fits ? pqpGpu() : findSolver("pqp");
+    const std::string_view expected = fits ? pqpGpu().name : "pqp";
     CHECK(session.settings().solver == expected);
     CHECK(session.settings().shadow == expected);
     const auto said = std::count_if(session.log().messages().begin(), session.log().messages().end(),
@@ -196,7 +195,7 @@ TEST_CASE("session: a card that is late or lost is said once, and the run goes o
         void reset() noexcept override { pqp_->reset(); }
 
       private:
-        std::unique_ptr<Solver> pqp_ = solverTable()[std::size_t(findSolver("pqp"))].make(1 << 15);
+        std::unique_ptr<Solver> pqp_ = findSolver("pqp")->make(1 << 15);
     };
     addSolver({"lost", "", false, [](int) -> std::unique_ptr<Solver> { return std::make_unique<Lost>(); },
                []() -> const RoundTrip& {
@@ -210,7 +209,7 @@ TEST_CASE("session: a card that is late or lost is said once, and the run goes o
     std::uint64_t flagged = 0;
     options.onTick = [&](const TickRecord& record) { flagged += (record.flags & kByProcessor) != 0; };
     options.adjust = [](Settings settings) {
-        settings.solver = findSolver("lost");
+        settings.solver = "lost";
         return settings;
     };
     LiveSession session(options);

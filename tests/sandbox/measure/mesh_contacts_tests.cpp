@@ -17,7 +17,7 @@ Settings meshes() {
     Settings settings;
     settings.geometry = Geometry::Mesh;
     settings.linearisations = 4;
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     return settings;
 }
 
@@ -25,11 +25,11 @@ TriangleMesh centeredBox(double x, double y, double z) { return boxMesh({x, y, z
 
 /// The tick at which a tool that the device holds here has come to rest.
 TickRecord restAt(const World& world, const Settings& settings, const Pose& device) {
-    StepState state(world);
+    TickState state(world);
     TickRecord record;
     for (int tick = 0; tick < 2000; ++tick) {
         const TickRecord next = step(world, settings, {.X_WT_device = device}, state);
-        const bool rests = travel(record.X_WT, next.X_WT, world.p_TC(), world.toolSurface->extent.reach) < 1e-9;
+        const bool rests = travel(record.X_WT, next.X_WT, world.p_TC(), world.tool.surface->extent.reach) < 1e-9;
         record = next;
         if (rests) break;
     }
@@ -90,8 +90,8 @@ TEST_CASE("contacts of meshes: a part that is not closed is shown by its spheres
     // whose tree is a ball of radius 5.
     auto world = std::make_shared<World>(meshWorld(centeredBox(2, 2, 2), centeredBox(4, 4, 4), at(0, 0, 0)));
     world->obstacles[0].X_WO = at(3.01, 0, 0);
-    world->obstacles[0].tree = ball(1);
-    world->obstacles.push_back({.name = "open", .tree = ball(5), .X_WO = at(0, -6.01, 0)});
+    world->obstacles[0].part.spheres = ball(1);
+    world->obstacles.push_back({.name = "open", .part = bySpheres(ball(5)), .X_WO = at(0, -6.01, 0)});
     const Settings settings = meshes();
     const TickRecord record = restAt(*world, settings, at(0.5, -0.7, 0));
     ContactFinder finder(world);
@@ -190,10 +190,10 @@ TEST_CASE("contacts: with friction they carry their share of it, and tell whethe
                      ? meshWorld(centeredBox(10, 10, 4), centeredBox(100, 100, 6), at(0, 0, 5.1))
                      : worldOf(treeOf({{-4, -4, 0, 2}, {4, -4, 0, 2}, {-4, 4, 0, 2}, {4, 4, 0, 2}}),
                                treeOf({{0, 0, -1e6f, 1e6f}}), at(0, 0, 2.1));
-    made.obstacles[0].friction = {0.5, 0.3};
+    rub(made, {0.5, 0.3});
     const auto world = std::make_shared<const World>(made);
     const Settings settings = settingsFor(geometry);
-    StepState state(*world);
+    TickState state(*world);
     ContactFinder finder(world);
     Pose device = world->X_WT_start;
     TickRecord record;

@@ -5,6 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/scene/rigid_bodies.hpp"
+#include "haptics/builder/mesh_words.hpp"
+#include "haptics/device/safety.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/qp/friction_table.hpp"
 #include "haptics/sandbox/panels/panel_plots.hpp"
 #include "haptics/sandbox/panels/panels.hpp"
@@ -113,7 +116,7 @@ TEST_CASE("haptics panel: buttons and sliders change their settings", "[panels]"
     const auto draw = [&] { drawHapticsPanel({}, {}, settings, state, requests, &bench.items); };
 
     bench.click("swap", draw);
-    CHECK(settings.solver == findSolver("pqp"));
+    CHECK(settings.solver == "pqp");
     CHECK(settings.shadow == kExactSolver);
     bench.click("swap", draw);
     CHECK(settings.solver == kExactSolver);
@@ -214,7 +217,7 @@ TEST_CASE("inspector: requests a role and another tree", "[panels]") {
     REQUIRE(requests.markings.size() == 1);
     const auto& chosen = std::get<ChooseTree>(requests.markings[0]);
     CHECK(chosen.node == 1);
-    CHECK(chosen.tree.maxError == Approx(scene.world->obstacles[0].tree->certificate.protrusion));
+    CHECK(chosen.tree.maxError == Approx(scene.world->obstacles[0].part.spheres->certificate.protrusion));
     CHECK(bench.items.count("tree words") == 1);
     CHECK(bench.items.count("material 1") == 1);
 
@@ -453,11 +456,11 @@ TEST_CASE("haptics panel: presets and the strength of the mouse's hand", "[panel
 TEST_CASE("scene panel: shows the quality of a tree below its part, and the details on hover", "[panels]") {
     Bench bench;
     HapticScene scene = openWithTrees(holdScene());
-    SphereTree flawed = *scene.world->obstacles[0].tree;
+    SphereTree flawed = *scene.world->obstacles[0].part.spheres;
     flawed.certificate.covered = false;
     flawed.certificate.note = "A note for the user.";
     auto world = std::make_shared<World>(*scene.world);
-    world->obstacles[0].tree = std::make_shared<const SphereTree>(std::move(flawed));
+    world->obstacles[0].part.spheres = std::make_shared<const SphereTree>(std::move(flawed));
     scene.world = world;
     DisplayOptions display;
     ScenePanelState state;
@@ -561,8 +564,8 @@ TEST_CASE("plots panel: holds, zooms, looks back, and requests exports and sweep
     const Settings settings;
     Sweep sweep;
     sweep.points = {{.solver = kExactSolver, .us = 1, .onFront = true},
-                    {.solver = findSolver("pqp"), .tolerance = 0.1, .us = 2, .forceError = 0.1},
-                    {.solver = findSolver("pqp"), .tolerance = 0.001, .us = 8, .forceError = 1e-3}};
+                    {.solver = "pqp", .tolerance = 0.1, .us = 2, .forceError = 0.1},
+                    {.solver = "pqp", .tolerance = 0.001, .us = 8, .forceError = 1e-3}};
     const Sweep* swept = nullptr;
     std::optional<double> progress;
     PlotsPanelState state;
@@ -637,8 +640,10 @@ TEST_CASE("plots panel: holds, zooms, looks back, and requests exports and sweep
     swept = nullptr;
     bench.frame(draw);
     const int none = ImGui::GetDrawData()->TotalVtxCount;
-    for (int i = 0; i < int(frictionSolverTable().size()); ++i)
-        rubbed.points.push_back({.solver = i, .us = 1.0 + i, .forceError = 1e-3 * i, .onFront = i == 0});
+    for (const FrictionSolverInfo& info : frictionSolverTable()) {
+        const double i = double(rubbed.points.size());
+        rubbed.points.push_back({.solver = info.name, .us = 1 + i, .forceError = 1e-3 * i, .onFront = i == 0});
+    }
     swept = &rubbed;
     bench.frame(draw);
     CHECK(ImGui::GetDrawData()->TotalVtxCount > none);

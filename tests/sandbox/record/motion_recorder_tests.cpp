@@ -126,7 +126,7 @@ TEST_CASE("motion recorder: another device that takes over elsewhere is joined, 
     recorder.add(tickAt(at(1e9)));
     RecordedTick other = tickAt(at(11, 0.1));
     other.session = 1;
-    other.input.start = StepStart{};
+    other.start = TickStart{};
     const double before = recorder.duration();
     recorder.add(other);
     CHECK(recorder.duration() == Approx(before + 1 / MotionRecorder::kJoinMmPerMs + 1));

@@ -69,8 +69,8 @@ std::uint64_t recordEverything(const fs::path& folder, Geometry geometry) {
     const auto run = [&](int ticks) {
         for (int i = 0; i < ticks; ++i) {
             last = driver.tick();
-            const StepState& state = driver.session().state;
-            if (recording) recorder.add({state.input(), last, driver.session().number}, state.obstaclesAtStart());
+            const TickState& state = driver.session().state;
+            if (recording) recorder.add(recordedTick(state, last, driver.session().number), obstaclesAtStart(state));
             driver.takeRetired();
         }
     };
@@ -270,10 +270,10 @@ TEST_CASE("recording: an interrupted one is readable up to the last flush, and r
     recorder.announce(0, source.scene(), "demo");
     RecordedTick tick;
     for (int row = 0; row < 300 && source.next(tick); ++row) {
-        if (row == 200) tick.input.settings.linearisations = 5;  // a change
+        if (row == 200) tick.settings.linearisations = 5;  // a change
         recorder.add(tick);
         if (row == 249) recorder.flush();
-        if (row >= 249) tick.input.settings.linearisations = 5;
+        if (row >= 249) tick.settings.linearisations = 5;
     }
     // The state that a crash now would leave.
     const fs::path left = folder.path() / "left";
@@ -505,11 +505,11 @@ TEST_CASE("recording: a live loop follows a recording from its start pose, with 
     sandbox::Recording source(folder.path() / "run");
     RecordedTick first;
     REQUIRE(source.next(first));
-    REQUIRE(first.input.start);
-    CHECK(first.input.start->loadedBefore);
-    CHECK(hand.motion->at(0).p == first.input.start->X_WT.p);
+    REQUIRE(first.start);
+    CHECK(first.start->loadedBefore);
+    CHECK(hand.motion->at(0).p == first.start->X_WT.p);
     CHECK(hand.motion->at(1).p == first.input.X_WT_device.p);
-    CHECK(hand.changes.front().settings == first.input.settings);
+    CHECK(hand.changes.front().settings == first.settings);
     CHECK(hand.changes.back().settings.mode == Mode::Paper);
 }
 

@@ -63,7 +63,7 @@ BodyMarking marking(double friction, FrictionCombine combine) {
 Friction inWorld(Scene& scene) {
     updateWorldTransforms(scene);
     const SceneRoles roles = assignRoles(scene);
-    return buildWorld(scene, roles, {}).world->obstacles[0].friction;
+    return buildWorld(scene, roles, {}).world->friction(0);
 }
 
 }  // namespace
@@ -81,14 +81,15 @@ TEST_CASE("friction: of two rules the one of higher precedence combines the coef
                           Case{Multiply, Multiply, 0.16}}) {
         CAPTURE(name(c.a), name(c.b));
         for (const auto& [first, second] : {std::pair{c.a, c.b}, std::pair{c.b, c.a}}) {
-            const Friction pair = frictionBetween(marking(0.2, first), marking(0.8, second));
+            const Friction pair =
+                frictionBetween(sandbox::materialOf(marking(0.2, first)), sandbox::materialOf(marking(0.8, second)));
             CHECK(pair.atRest == Approx(c.atRest));
             CHECK(pair.sliding == Approx(c.a == Multiply ? c.atRest / 4 : c.atRest / 2));
         }
     }
     const BodyMarking smooth, rough = marking(1, Maximum);
-    CHECK_FALSE(frictionBetween(smooth, rough).any());
-    CHECK_FALSE(frictionBetween(rough, smooth).any());
+    CHECK_FALSE(frictionBetween(sandbox::materialOf(smooth), sandbox::materialOf(rough)).any());
+    CHECK_FALSE(frictionBetween(sandbox::materialOf(rough), sandbox::materialOf(smooth)).any());
     CHECK(frictionWords(smooth, rough) == "no friction, since the tool sets none");
     CHECK(frictionWords(rough, smooth) == "no friction, since the obstacle sets none");
     CHECK(frictionWords(smooth, smooth) == "no friction, since neither part sets any");

@@ -252,7 +252,7 @@ TEST_CASE("roles: settings of the scene have the keys of the command line, and w
     CHECK(settings.margin == 0.375);
     CHECK(settings.slack == 0.1);
     CHECK_FALSE(settings.adaptiveMargin);
-    CHECK(settings.shadow == -1);
+    CHECK(settings.shadow == kNoSolver);
     CHECK(settings.linearisations == 3);
     CHECK(settings.stiffness == 0.5);
     CHECK(with({{"stiffness", 2}}).stiffness == 2);

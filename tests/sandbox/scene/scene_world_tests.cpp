@@ -6,6 +6,7 @@
 
 #include "engine/scene/gltf_write.hpp"
 #include "haptics/builder/tree_builder.hpp"
+#include "haptics/loop/distances.hpp"
 #include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/units.hpp"
@@ -97,7 +98,7 @@ TEST_CASE("scene world: trees contain the baked vertices of mirrored and scaled 
     const sandbox::HapticScene opened = withTrees(std::move(scene));
     REQUIRE(opened.world);
     for (int body = 0; body < 2; ++body) {
-        const SphereTree& tree = body == 0 ? *opened.world->tool : *opened.world->obstacles[0].tree;
+        const SphereTree& tree = body == 0 ? *opened.world->tool.spheres : *opened.world->obstacles[0].part.spheres;
         for (const Vec3& vertex : sandbox::bakedTriangles(opened.scene, opened.scene.nodes[body]).vertices)
             CHECK(depthIn(tree, vertex) > -1e-4);  // leaves are floats
     }
@@ -138,13 +139,13 @@ TEST_CASE("scene world: a press scene becomes one tool, one obstacle and their p
     const sandbox::HapticScene scene = withTrees(pressScene(), {}, progress);
     REQUIRE(scene.world);
     CHECK(scene.missing.empty());
-    CHECK(scene.world->tool->leafCount() <= 64);
+    CHECK(scene.world->tool.spheres->leafCount() <= 64);
     REQUIRE(scene.world->obstacles.size() == 1);
     CHECK(scene.world->obstacles[0].name == "slab");
     CHECK(scene.world->X_WT_start.p.isApprox(Vec3(0, 15, 0), 1e-6));
     // The faces are 5 mm apart; leaves protrude from them by the certified protrusion.
-    const double out =
-        scene.world->tool->certificate.protrusion + scene.world->obstacles[0].tree->certificate.protrusion;
+    const double out = scene.world->tool.spheres->certificate.protrusion +
+                       scene.world->obstacles[0].part.spheres->certificate.protrusion;
     const double clearance = trueClearance(*scene.world, scene.world->X_WT_start);
     CHECK(clearance > 5 - out - 1e-3);
     CHECK(clearance < 5);
@@ -165,8 +166,8 @@ TEST_CASE("scene world: bodies of one shape share one tree", "[sandbox]") {
     addBox(scene, "b", glm::vec3(0.01f), {{"role", "obstacle"}, {"leaves", 64}}, {.translation = {0.1, 0, 0}});
     addBox(scene, "c", glm::vec3(0.01f), {{"role", "obstacle"}, {"leaves", 8}}, {.translation = {-0.1, 0, 0}});
     const sandbox::HapticScene opened = withTrees(std::move(scene));
-    CHECK(opened.world->tool == opened.world->obstacles[0].tree);
-    CHECK(opened.world->tool != opened.world->obstacles[1].tree);
+    CHECK(opened.world->tool.spheres == opened.world->obstacles[0].part.spheres);
+    CHECK(opened.world->tool.spheres != opened.world->obstacles[1].part.spheres);
     CHECK(opened.world->X_WT_start.p.norm() == 0);
     CHECK(opened.world->obstacles[0].X_WO.p.isApprox(Vec3(100, 0, 0)));
     CHECK(opened.demonstration == nullptr);
@@ -179,7 +180,7 @@ TEST_CASE("scene world: the second time trees come from the cache", "[sandbox]")
     int calls = 0;
     const auto never = [&](const sandbox::SceneStatus&) { return ++calls, true; };
     const sandbox::HapticScene second = withTrees(pressScene(), folder.path(), never);
-    CHECK(first.world->tool->leafCount() == second.world->tool->leafCount());
+    CHECK(first.world->tool.spheres->leafCount() == second.world->tool.spheres->leafCount());
     CHECK(calls <= 2);  // at most one final call for each part
 }
 
@@ -189,15 +190,15 @@ TEST_CASE("scene world: a damaged cache entry is rebuilt, and a warning says so"
     for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
         std::filesystem::resize_file(entry.path(), std::filesystem::file_size(entry.path()) - 1);
     const sandbox::HapticScene second = withTrees(pressScene(), folder.path());
-    CHECK(second.world->tool->leafCount() == first.world->tool->leafCount());
+    CHECK(second.world->tool.spheres->leafCount() == first.world->tool.spheres->leafCount());
     CHECK(anyContains(second.warnings, "node 0 \"cube\""));
     CHECK(anyContains(second.warnings, "built again"));
 }
 
 TEST_CASE("scene world: each node with a role finds its tree", "[sandbox]") {
     sandbox::HapticScene scene = withTrees(pressScene());
-    CHECK(sandbox::treeOf(scene, scene.roles.tool) == scene.world->tool.get());
-    CHECK(sandbox::treeOf(scene, scene.roles.obstacles[0]) == scene.world->obstacles[0].tree.get());
+    CHECK(sandbox::treeOf(scene, scene.roles.tool) == scene.world->tool.spheres.get());
+    CHECK(sandbox::treeOf(scene, scene.roles.obstacles[0]) == scene.world->obstacles[0].part.spheres.get());
     CHECK(sandbox::treeOf(scene, Entity{}) == nullptr);
     scene.world = nullptr;
     CHECK(sandbox::treeOf(scene, scene.roles.tool) == nullptr);
@@ -222,8 +223,8 @@ TEST_CASE("scene world: a part is built with its own maximum error", "[sandbox]"
     setExtras(scene, scene.nodes[0], {{"touchstone", {{"role", "tool"}, {"max_error_mm", 0.5}}}});
     const sandbox::HapticScene opened = withTrees(std::move(scene));
     REQUIRE(opened.world);
-    CHECK(opened.world->tool->certificate.protrusion <= 0.5);
-    CHECK(opened.world->tool->leafCount() < 4096);  // as few as necessary, not the default count
+    CHECK(opened.world->tool.spheres->certificate.protrusion <= 0.5);
+    CHECK(opened.world->tool.spheres->leafCount() < 4096);  // as few as necessary, not the default count
 }
 
 TEST_CASE("scene world: a part that asks for spheres is touched by them, beside parts that are touched by their meshes",
@@ -238,7 +239,7 @@ TEST_CASE("scene world: a part that asks for spheres is touched by them, beside 
     const auto mixed = opened("mesh", "spheres");
     REQUIRE(mixed.world->obstacles.size() == 2);
     CHECK(mixed.world->byMeshes(0, Geometry::Mesh));
-    CHECK_FALSE(mixed.world->obstacles[0].tree);
+    CHECK_FALSE(mixed.world->obstacles[0].part.spheres);
     CHECK_FALSE(mixed.world->byMeshes(1, Geometry::Mesh));
     CHECK(mixed.world->hasSpheres(1));
     const auto all = opened("spheres", "mesh");

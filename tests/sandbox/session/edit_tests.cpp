@@ -7,6 +7,7 @@
 #include "engine/edit/pick.hpp"
 #include "engine/edit/scene_edit.hpp"
 #include "engine/scene/gltf_read.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/marking.hpp"
 #include "haptics/sandbox/scene/placement.hpp"
@@ -114,7 +115,7 @@ TEST_CASE("edits: changes are saved and read back, and the rest of the file is k
                         engine::RenameNode{1, "slab", "Tisch, größer"}});
     Settings settings = scene.settings;
     settings.stiffness = 2.5;
-    settings.solver = findSolver("pqp");
+    settings.solver = "pqp";
     settings.pause = true;
     sandbox::setSettings(scene.scene, scene.roles, settings);
     engine::saveScene(scene.scene, saved);
@@ -205,8 +206,8 @@ TEST_CASE("command line: the copied command runs without a window with the same 
     const Settings scene = openScene(file, kNoTrees).settings;
     Settings settings = scene;
     settings.stiffness = 1.0 / 3;
-    settings.solver = findSolver("pqp");
-    settings.shadow = -1;
+    settings.solver = "pqp";
+    settings.shadow = kNoSolver;
     settings.adaptiveMargin = false;
     settings.pause = true;
     const std::string line = commandLine(file, "demo", scene, settings);

@@ -117,7 +117,7 @@ TEST_CASE("headless run: the friction of the materials is felt, reported, and ca
     }
     const sandbox::HapticScene scene =
         sandbox::openScene(std::move(rough), {.treeCache = {}, .progress = {}, .allTrees = true});
-    CHECK(scene.world->obstacles[0].friction == Friction{0.5, 0.3});
+    CHECK(scene.world->friction(0) == Friction{0.5, 0.3});
     Settings settings = scene.settings;
     const sandbox::Report report = sandbox::runHeadless(scene, settings, kUntimed).report;
     // Pushed in by 2 mm at 1 N/mm, and 4 mm to the side.
@@ -148,9 +148,9 @@ TEST_CASE("headless run: bit-reproducible, with or without timing or shadow, at 
     const std::uint64_t hash = hashOf(settings, true);
     CHECK(hashOf(settings, true) == hash);
     CHECK(hashOf(settings, false) == hash);
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     CHECK(hashOf(settings, false) == hash);
-    settings.shadow = findSolver("pqp");
+    settings.shadow = "pqp";
     settings.tolerance = 1;
     CHECK(hashOf(settings, false) == hash);
     settings.stiffness = 0.9;
@@ -193,8 +193,8 @@ TEST_CASE("headless run: without timing there are no times", "[sandbox]") {
 TEST_CASE("headless run: paper mode runs the same scene with the paper's solver", "[sandbox]") {
     Settings settings = pressed().settings;
     settings.mode = Mode::Paper;
-    settings.solver = findSolver("pqp");
-    settings.shadow = -1;
+    settings.solver = "pqp";
+    settings.shadow = kNoSolver;
     sandbox::HeadlessOptions options = kUntimed;
     options.seconds = 0.3;
     const sandbox::Report report = sandbox::runHeadless(pressed(), settings, options).report;

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "haptics/loop/distances.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
@@ -215,13 +216,13 @@ TEST_CASE("session: opening can be cancelled, and closing does not wait for it",
 TEST_CASE("session: a mode selects its published solvers, and swapping twice changes nothing", "[session]") {
     const Settings start;
     const Settings paper = withMode(start, Mode::Paper);
-    CHECK(solverTable()[paper.solver].name == "pqp");
-    CHECK(paper.shadow == -1);
+    CHECK(paper.solver == "pqp");
+    CHECK(paper.shadow == kNoSolver);
     CHECK(paper.tolerance == 0.01);
     CHECK(withSolversSwapped(paper).solver == paper.solver);  // no shadow, nothing to swap
     const Settings back = withMode(paper, Mode::Default);
     CHECK(back.solver == kExactSolver);
-    CHECK(solverTable()[back.shadow].name == "pqp");
+    CHECK(back.shadow == "pqp");
     const Settings swapped = withSolversSwapped(start);
     CHECK(swapped.solver == start.shadow);
     CHECK(swapped.shadow == start.solver);
@@ -275,7 +276,7 @@ TEST_CASE("session: an edit moves an obstacle while the loop runs, and undo move
     CHECK(first->world == before);    // and no world was copied
     CHECK(session.sceneNumber() == 1);
     CHECK(session.snapshot()->session == 0);
-    CHECK(session.scene()->world->obstacles[0].tree == before->obstacles[0].tree);
+    CHECK(session.scene()->world->obstacles[0].part.spheres == before->obstacles[0].part.spheres);
     CHECK(session.settings() == settings);
     // The demonstration now ends above the slab, without force.
     CHECK(waitUntil([&] {
@@ -350,7 +351,7 @@ TEST_CASE("session: builds another tree beside the running loop and keeps the us
         session.update();
         return session.sceneNumber() == 2;  // with trees
     }));
-    const int leaves = session.scene()->world->tool->leafCount();
+    const int leaves = session.scene()->world->tool.spheres->leafCount();
 
     session.mark({ChooseTree{0, {.leaves = 1000}}});
     CHECK(session.opening());
@@ -364,7 +365,7 @@ TEST_CASE("session: builds another tree beside the running loop and keeps the us
         session.update();
         return session.sceneNumber() == 3;
     }));
-    CHECK(session.scene()->world->tool->leafCount() > 2 * leaves);
+    CHECK(session.scene()->world->tool.spheres->leafCount() > 2 * leaves);
     CHECK(session.settings() == settings);
 
     // An unreadable part changes nothing.
@@ -389,7 +390,7 @@ TEST_CASE("session: an edit of friction reaches the running world, and undo take
             return session.sceneNumber() == number && session.running();
         });
     };
-    const auto friction = [&] { return session.scene()->world->obstacles[0].friction; };
+    const auto friction = [&] { return session.scene()->world->friction(0); };
     CHECK_FALSE(friction().any());
     const auto before = session.newest().edits;
     const engine::FrictionMaterial rough{0.8, 0.4, engine::FrictionCombine::Average};
@@ -476,7 +477,7 @@ TEST_CASE("session: a recording from mid-run replays restarts, moved obstacles, 
         }));
         Settings settings = session.settings();
         settings.stiffness = 2;
-        settings.solver = findSolver("pqp");
+        settings.solver = "pqp";
         session.setSettings(settings);
         REQUIRE(ticksMore(session, 200));
         session.restart();
@@ -513,7 +514,7 @@ TEST_CASE("session: a recording from mid-run replays restarts, moved obstacles, 
     CHECK(session.device().choice == options.device);
     CHECK(waitUntil([&] {
         session.update();
-        return session.snapshot()->settings.solver == findSolver("pqp") && session.snapshot()->finished;
+        return session.snapshot()->settings.solver == "pqp" && session.snapshot()->finished;
     }));
     CHECK(errors(session).empty());
 }

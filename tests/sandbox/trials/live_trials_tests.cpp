@@ -132,7 +132,7 @@ TEST_CASE("live trials: a trial begins at the start with its settings, after any
     CHECK(tick.record.tick == 0);
     CHECK((tick.record.X_WT.p - kStart).norm() <
           (device == "mouse" ? 1e-6 : 8));  // the hand has errors of 2 mm per axis
-    CHECK(tick.input.settings.stiffness == 0.7);
+    CHECK(tick.settings.stiffness == 0.7);
     CHECK(recording.device() == (device == "mouse" ? device : "insert:4"));
 }
 

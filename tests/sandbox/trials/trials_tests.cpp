@@ -6,6 +6,7 @@
 #include <set>
 
 #include "haptics/device/safety.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/sandbox/trials/phases.hpp"
 #include "haptics/sandbox/trials/protocol.hpp"
 #include "haptics/sandbox/trials/trial.hpp"
@@ -252,7 +253,7 @@ TEST_CASE("protocol: a condition changes the scene's settings, and names itself"
     CHECK(getSetting(pqp, "solver") == "pqp");
     CHECK(pqp.tolerance == 0.1);
     CHECK(pqp.margin == 0.2);
-    CHECK(pqp.shadow == -1);
+    CHECK(pqp.shadow == kNoSolver);
     CHECK(soft.stiffness == 0.5);
     CHECK(soft.solver == scene.solver);
     ordered_json two = study();
@@ -264,7 +265,7 @@ TEST_CASE("protocol: a condition changes the scene's settings, and names itself"
     CHECK(condition.name == "spline mode=paper paper_rows=200");
     CHECK(condition.settings(scene).mode == Mode::Paper);
     CHECK(condition.settings(scene).paperRows == 200);
-    CHECK(condition.settings(scene).shadow == -1);
+    CHECK(condition.settings(scene).shadow == kNoSolver);
 }
 
 TEST_CASE("protocol: an error is one sentence with the file's name and the field", "[trials]") {

@@ -6,8 +6,9 @@
 #include <cstdlib>
 #include <string>
 
+#include "haptics/device/device_table.hpp"
 #include "haptics/device/forcedimension.hpp"
-#include "haptics/device/mouse.hpp"
+#include "haptics/hands/mouse.hpp"
 #include "tests/support/fake_dhd/fake_dhd.hpp"
 
 namespace touchstone::test {

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
+#include "haptics/device/device_table.hpp"
 #include "haptics/device/phantom.hpp"
 #include "tests/support/arm_matrix.hpp"
 #include "tests/support/fake_hd/fake_hd.hpp"

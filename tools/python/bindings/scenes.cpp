@@ -177,15 +177,16 @@ void bindScenes(py::module_& module) {
             [](const PartHandle& p) -> std::shared_ptr<Surface> {
                 const World& world = *p.scene->world;
                 // Python has no const; a Surface is immutable from there.
-                return std::const_pointer_cast<Surface>(p.body == 0 ? world.toolSurface
-                                                                    : world.obstacles[p.body - 1].surface);
+                return std::const_pointer_cast<Surface>(p.body == 0 ? world.tool.surface
+                                                                    : world.obstacles[p.body - 1].part.surface);
             },
             "Its mesh as the tick touches it; None if it is not closed.")
         .def_property_readonly(
             "tree",
             [](const PartHandle& p) -> std::shared_ptr<SphereTree> {
                 const World& world = *p.scene->world;
-                return std::const_pointer_cast<SphereTree>(p.body == 0 ? world.tool : world.obstacles[p.body - 1].tree);
+                return std::const_pointer_cast<SphereTree>(p.body == 0 ? world.tool.spheres
+                                                                       : world.obstacles[p.body - 1].part.spheres);
             },
             "Its sphere tree; None unless the scene was opened with trees=True or something needed them.")
         .def("__repr__", [](const PartHandle& p) { return "<Part '" + p.name() + "'>"; });

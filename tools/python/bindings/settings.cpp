@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 #include "tools/python/bindings/bindings.hpp"
 

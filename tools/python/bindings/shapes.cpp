@@ -9,6 +9,7 @@
 #include "haptics/builder/tree_check.hpp"
 #include "haptics/builder/tree_file.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
+#include "haptics/surface/part.hpp"
 #include "haptics/surface/surface_distance.hpp"
 #include "haptics/surface/surface_overlap.hpp"
 #include "tools/python/bindings/bindings.hpp"
@@ -19,11 +20,8 @@ namespace {
 std::shared_ptr<Surface> surfaceOf(const Numbers& vertices, const py::object& triangles) {
     const TriangleMesh mesh = toMesh(vertices, triangles);
     const py::gil_scoped_release free;
-    const RepairedMesh body = repairMesh(mesh);
-    if (!body.closed())
-        throw std::invalid_argument("the mesh is not closed: it has " + sandbox::words(defectsOf(body)) +
-                                    "; close it, or use a SphereTree");
-    return std::make_shared<Surface>(surfaceFeatures(body));
+    // Python has no const; a Surface is immutable from there.
+    return std::const_pointer_cast<Surface>(Part::fromTriangles(mesh).surface);
 }
 
 /// measure(point, i) for each point of (n, 3).

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "haptics/builder/workers.hpp"
+#include "haptics/loop/distances.hpp"
 #include "haptics/surface/surface_overlap.hpp"
 #include "tools/python/bindings/bindings.hpp"
 
@@ -17,7 +18,7 @@ class Copy {
   public:
     Copy(std::shared_ptr<const World> world, const Settings& settings) : world_(std::move(world)), settings_(settings) {
         const PagesOnDemand little;  // nobody waits for this tick
-        state_ = std::make_unique<StepState>(*world_);
+        state_ = std::make_unique<TickState>(*world_);
         reset(world_->X_WT_start);
     }
 
@@ -31,7 +32,7 @@ class Copy {
     }
 
     const TickRecord& step(const Pose& X_WT_device, std::span<const Pose> X_WO = {}) noexcept {
-        return tick_ = touchstone::step(*world_, settings_, {X_WT_device, {}, X_WO}, *state_);
+        return tick_ = touchstone::step(*world_, settings_, {X_WT_device, state_->nextMove(X_WO)}, *state_);
     }
 
     /// Whether the tick would find an overlap with the tool at X_WT: see kOverlapping.
@@ -47,13 +48,13 @@ class Copy {
             throw std::invalid_argument("this world was made without sphere trees: make a World with these settings");
         settings_ = settings;
     }
-    const StepState& state() const { return *state_; }
+    const TickState& state() const { return *state_; }
     const TickRecord& tick() const { return tick_; }
-    RecordedTick recorded() const { return {state_->input(), tick_}; }
+    RecordedTick recorded() const { return recordedTick(*state_, tick_); }
 
   private:
     std::shared_ptr<const World> world_;
-    std::unique_ptr<StepState> state_;
+    std::unique_ptr<TickState> state_;
     Settings settings_;
     TickRecord tick_;
     std::unique_ptr<std::atomic<bool>> taken_ = std::make_unique<std::atomic<bool>>(false);

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptics/device/hand.hpp"
+#include "haptics/hands/hand.hpp"
+#include "haptics/loop/distances.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -26,7 +27,7 @@ Press press(const World& world, const Settings& settings, double gap) {
     const double period = 1000 / settings.rate, end = kPressing + kResting;
     const int steps = std::max(1, int(std::ceil(period / kFine)));
     const double dt = period / steps, speed = -(gap + kPress) / kPressing;
-    StepState state(world);
+    TickState state(world);
     Pose X_WT = world.X_WT_start;
     double y = 0, v = 0, energy = 0, t = 0, fastest = 0;
     while (t < end) {
@@ -51,7 +52,7 @@ Press press(const World& world, const Settings& settings, double gap) {
 
 std::vector<nlohmann::ordered_json> greatestStiffness(const World& world, Settings settings,
                                                       std::span<const int> rates) {
-    settings.shadow = -1;
+    settings.shadow = kNoSolver;
     const double gap = trueClearance(world, world.X_WT_start, 1e3, {}, settings.geometry);
     std::vector<nlohmann::ordered_json> rows;
     for (const int rate : rates) {

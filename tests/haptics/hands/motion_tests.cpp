@@ -1,4 +1,4 @@
-#include "haptics/device/motion.hpp"
+#include "haptics/hands/motion.hpp"
 
 #include <unistd.h>
 #include <catch2/catch.hpp>

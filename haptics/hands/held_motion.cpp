@@ -1,11 +1,11 @@
-#include "haptics/device/held_motion.hpp"
+#include "haptics/hands/held_motion.hpp"
 
 #include <cassert>
 #include <cmath>
 #include <stdexcept>
 #include <string_view>
 
-#include "haptics/device/demo.hpp"
+#include "haptics/hands/demo.hpp"
 #include "haptics/math/numbers.hpp"
 
 namespace touchstone {

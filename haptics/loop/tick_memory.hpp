@@ -8,6 +8,7 @@
 #include "haptics/loop/step.hpp"
 #include "haptics/qp/contact_forces.hpp"
 #include "haptics/qp/friction_table.hpp"
+#include "haptics/qp/row_screen.hpp"
 #include "haptics/surface/feature_list.hpp"
 #include "haptics/surface/surface_overlap.hpp"
 
@@ -32,8 +33,20 @@ inline constexpr double kOverlapTolerance = 0.5e-3;
 /// times as large. A larger value lets violations through; a smaller one projects answers that are correct to rounding.
 inline constexpr double kViolation = 1e-6;
 
+/// q or -q, which are the same rotation: the one nearer to `like`.
+inline Quat withSignOf(const Quat& like, const Quat& q) { return q.dot(like) < 0 ? Quat(-q.coeffs()) : q; }
+
+/// One of the solvers that were made for each row of a table, in its order. Pre: the name is in the table.
+inline std::unique_ptr<Solver>& named(std::vector<std::unique_ptr<Solver>>& solvers, std::string_view name) {
+    return solvers[findSolver(name) - solverTable().data()];
+}
+inline std::unique_ptr<FrictionSolver>& named(std::vector<std::unique_ptr<FrictionSolver>>& solvers,
+                                              std::string_view name) {
+    return solvers[findFrictionSolver(name) - frictionSolverTable().data()];
+}
+
 /// Poses of the tick are those of C: p is C in the world, q the tool's rotation.
-struct StepState::Impl {
+struct TickState::Impl {
     explicit Impl(const World& world);
 
     // Constant for the world.
@@ -69,11 +82,11 @@ struct StepState::Impl {
     AlignedVector<int> shadowOrder;         ///< indices that select them
     RowScreen screen{kRowCapacity};         ///< of the rendering solver
     RowScreen shadowScreen{kRowCapacity};   ///< of the shadow
-    std::vector<std::unique_ptr<Solver>> renderers;  ///< by index into solverTable()
+    std::vector<std::unique_ptr<Solver>> renderers;  ///< one for each row of solverTable()
     std::vector<std::unique_ptr<Solver>> shadows;    ///< likewise
     std::unique_ptr<Solver> projector;  ///< exact: projects approximate answers and solves the not-deeper rows
     std::unique_ptr<Solver> reference;  ///< exact: for audits and the shadow's error
-    std::vector<std::unique_ptr<FrictionSolver>> frictionRenderers;  ///< by index into frictionSolverTable()
+    std::vector<std::unique_ptr<FrictionSolver>> frictionRenderers;  ///< likewise of frictionSolverTable()
     std::vector<std::unique_ptr<FrictionSolver>> frictionShadows;    ///< likewise
     std::unique_ptr<FrictionSolver> frictionReference;               ///< exact: for the shadow's error
     struct DeepPair {
@@ -87,8 +100,10 @@ struct StepState::Impl {
     };
     std::vector<Contact> contacts;  ///< the contacts that carry load in the tick's last exact solve
 
-    TickInput given;                 ///< the input of the last tick
-    std::optional<StepStart> start;  ///< set by begin() until the next tick reports it
+    TickInput given;                      ///< the input of the last tick
+    Settings settings;                    ///< likewise
+    std::optional<TickStart> startGiven;  ///< likewise, if the state began right before it
+    std::optional<TickStart> start;       ///< set by begin() until the next tick reports it
 
     // Remembered from tick to tick.
     std::uint64_t tick = 0;
@@ -118,10 +133,6 @@ struct StepState::Impl {
     bool checkOverlaps();
     bool areApart(int obstacle) const;                ///< whether meshes are farther apart than a step may bring them
     bool isDeeper(int obstacle, double depth) const;  ///< whether they overlap by more than the depth, mm
-    /// The first obstacle with an invalid target pose; -1: none.
-    int findInvalidTarget(std::span<const Pose> targets) const;
-    /// The next obstacle, in turn, that has not reached its target; -1: none.
-    int nextToMove(std::span<const Pose> targets) const;
     /// Moves an obstacle toward its target so that none of its leaves travels more than `maxTravel` mm.
     void moveObstacle(int obstacle, const Pose& target, double maxTravel);
     /// Upper bound on the travel of any tool leaf for the increment x, mm: |δp| + ρ|δθ|.
@@ -143,7 +154,7 @@ struct StepState::Impl {
 
 /// What one tick works with.
 struct Tick {
-    StepState::Impl& state;
+    TickState::Impl& state;
     const Settings& settings;
     const StageClock& clock;
     bool audit;

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "haptics/device/device.hpp"
-#include "haptics/device/hand.hpp"
+#include "haptics/device/device_table.hpp"
+#include "haptics/hands/hand.hpp"
 
 namespace touchstone {
 

@@ -1,4 +1,4 @@
-#include "haptics/device/demo.hpp"
+#include "haptics/hands/demo.hpp"
 
 #include <stdexcept>
 

@@ -1,8 +1,8 @@
-#include "haptics/device/replay.hpp"
+#include "haptics/hands/replay.hpp"
 
 #include <stdexcept>
 
-#include "haptics/device/motion.hpp"
+#include "haptics/hands/motion.hpp"
 
 namespace touchstone {
 

@@ -1,7 +1,8 @@
 #pragma once
 // The mouse as a device: the window sets a target for the tool, and a simulated hand moves there.
 #include "haptics/device/device.hpp"
-#include "haptics/device/hand.hpp"
+#include "haptics/device/device_table.hpp"
+#include "haptics/hands/hand.hpp"
 #include "haptics/threads/triple_buffer.hpp"
 
 namespace touchstone {

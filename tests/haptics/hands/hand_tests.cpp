@@ -1,4 +1,4 @@
-#include "haptics/device/hand.hpp"
+#include "haptics/hands/hand.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -3,8 +3,9 @@
 #include <array>
 
 #include "haptics/device/device.hpp"
-#include "haptics/device/hand.hpp"
-#include "haptics/device/motion.hpp"
+#include "haptics/device/device_table.hpp"
+#include "haptics/hands/hand.hpp"
+#include "haptics/hands/motion.hpp"
 
 namespace touchstone {
 

@@ -1,7 +1,8 @@
 #pragma once
 // Devices that follow the scene's demonstration, or rest where the tool starts.
 #include "haptics/device/device.hpp"
-#include "haptics/device/motion.hpp"
+#include "haptics/device/device_table.hpp"
+#include "haptics/hands/motion.hpp"
 
 namespace touchstone {
 

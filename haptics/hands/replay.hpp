@@ -1,6 +1,7 @@
 #pragma once
 // A recorded motion as a device, so that several solvers receive the same hand motion.
 #include "haptics/device/device.hpp"
+#include "haptics/device/device_table.hpp"
 
 namespace touchstone {
 

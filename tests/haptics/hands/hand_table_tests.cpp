@@ -2,57 +2,59 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "haptics/device/device.hpp"
-#include "haptics/device/held_motion.hpp"
-#include "haptics/device/motion.hpp"
-#include "haptics/device/mouse.hpp"
+#include "haptics/hands/hand_table.hpp"
+#include "haptics/hands/held_motion.hpp"
+#include "haptics/hands/motion.hpp"
+#include "haptics/hands/mouse.hpp"
 
-namespace touchstone::device_tests {
+namespace touchstone::hand_table_tests {
 
 using Catch::Matchers::Contains;
 
-TEST_CASE("device table: finds each device by name, and no other", "[devices]") {
-    REQUIRE(deviceTable().size() == 10);
-    for (const char* name :
-         {"demo", "forcedimension", "hand", "insert", "lab", "mouse", "phantom", "replay", "rest", "spacemouse"}) {
-        REQUIRE(findDevice(name));
-        CHECK(findDevice(name)->name == name);
-        CHECK(!findDevice(name)->summary.empty());
-    }
-    CHECK(findDevice("phantom9") == nullptr);
-    CHECK(findDevice("") == nullptr);
+/// The row of the table, which it must have.
+const DeviceInfo& hand(const char* name) {
+    const DeviceInfo* found = findDevice(name, handTable());
+    REQUIRE(found);
+    return *found;
+}
+
+TEST_CASE("hand table: finds each hand by name, and no other", "[devices]") {
+    CHECK(handTable().size() == 6);
+    for (const char* name : {"demo", "hand", "insert", "mouse", "replay", "rest"}) CHECK(!hand(name).summary.empty());
+    CHECK(findDevice("phantom", handTable()) == nullptr);
+    CHECK(findDevice("", handTable()) == nullptr);
 }
 
 TEST_CASE("devices: those that the wrench moves report their damping", "[devices]") {
     DeviceContext context;
     context.demonstration = std::make_shared<RecordedMotion>(std::vector<MotionKey>{{0, {}}, {4, {}}});
     context.file = "0.1,500,2.5,3";
-    const auto hand = findDevice("hand")->make(context)->dynamics();
-    REQUIRE(hand);
-    CHECK(hand->damping == 2.5);
-    CHECK(hand->delay == 3);
+    const auto held = hand("hand").make(context)->dynamics();
+    REQUIRE(held);
+    CHECK(held->damping == 2.5);
+    CHECK(held->delay == 3);
     context.mouse = std::make_shared<MouseTarget>();
-    CHECK(findDevice("mouse")->make(context)->dynamics()->damping == HandParameters{}.damping);
+    CHECK(hand("mouse").make(context)->dynamics()->damping == HandParameters{}.damping);
     context.file.clear();
-    CHECK_FALSE(findDevice("demo")->make(context)->dynamics());  // no wrench moves it
-    CHECK(leastDamping(1, 1000, 0) == Approx(0.5));              // 1 N/mm at 1 kHz: 0.5 N·s/m
+    CHECK_FALSE(hand("demo").make(context)->dynamics());  // no wrench moves it
+    CHECK(leastDamping(1, 1000, 0) == Approx(0.5));       // 1 N/mm at 1 kHz: 0.5 N·s/m
     CHECK(leastDamping(1, 10'000, 1) == Approx(0.15));
 }
 
 TEST_CASE("devices: report a missing requirement", "[devices]") {
     // Each names a device that works in its place.
-    CHECK_THROWS_WITH(findDevice("demo")->make({}), Contains("no demonstration") && Contains("the device rest"));
-    CHECK_THROWS_WITH(findDevice("hand")->make({}), Contains("no demonstration") && Contains("the device rest"));
-    CHECK_THROWS_WITH(findDevice("mouse")->make({}), Contains("needs the window") && Contains("the device rest"));
+    CHECK_THROWS_WITH(hand("demo").make({}), Contains("no demonstration") && Contains("the device rest"));
+    CHECK_THROWS_WITH(hand("hand").make({}), Contains("no demonstration") && Contains("the device rest"));
+    CHECK_THROWS_WITH(hand("mouse").make({}), Contains("needs the window") && Contains("the device rest"));
     DeviceContext moving, window;
     moving.demonstration = std::make_shared<RecordedMotion>(std::vector<MotionKey>{{0, {}}, {4, {}}});
-    CHECK_THROWS_WITH(findDevice("mouse")->make(moving), Contains("the device demo"));
+    CHECK_THROWS_WITH(hand("mouse").make(moving), Contains("the device demo"));
     window.mouse = std::make_shared<MouseTarget>();
-    CHECK_THROWS_WITH(findDevice("demo")->make(window), Contains("the device mouse"));
-    CHECK_THROWS_WITH(findDevice("replay")->make({}), Contains("replay:FILE"));
+    CHECK_THROWS_WITH(hand("demo").make(window), Contains("the device mouse"));
+    CHECK_THROWS_WITH(hand("replay").make({}), Contains("replay:FILE"));
     DeviceContext context;
     context.file = "/nowhere.csv";
-    CHECK_THROWS_WITH(findDevice("replay")->make(context), Contains("/nowhere.csv"));
+    CHECK_THROWS_WITH(hand("replay").make(context), Contains("/nowhere.csv"));
 }
 
 TEST_CASE("demo and replay: follow the motion and finish at its end", "[devices]") {
@@ -66,7 +68,7 @@ TEST_CASE("demo and replay: follow the motion and finish at its end", "[devices]
     context.motions = motions;
     for (const auto& [name, after] : {std::pair{"demo", std::string()}, {"demo", "again"}, {"replay", file.string()}}) {
         context.file = after;
-        const auto device = findDevice(name)->make(context);
+        const auto device = hand(name).make(context);
         for (int tick = 0; tick < 8; ++tick) {
             const DeviceReading reading = device->read(tick, 1);
             CHECK(reading.valid);
@@ -81,7 +83,7 @@ TEST_CASE("demo and replay: follow the motion and finish at its end", "[devices]
 TEST_CASE("rest: holds the tool where it starts, and its motion ends at once", "[devices]") {
     DeviceContext context;
     context.X_WT_start = {{1, 2, 3}, Quat(Eigen::AngleAxisd(0.5, Vec3::UnitZ()))};
-    const auto device = findDevice("rest")->make(context);
+    const auto device = hand("rest").make(context);
     for (const double t : {0.0, 1.0, 1e6}) {
         device->write({{5, 5, 5}, {5, 5, 5}});
         const DeviceReading reading = device->read(t, 1);
@@ -95,7 +97,7 @@ TEST_CASE("mouse: the hand follows the drag, force holds it back, and it stays w
     DeviceContext context;
     context.mouse = std::make_shared<MouseTarget>();
     context.X_WT_start = {{100, 0, 0}, Quat::Identity()};
-    const auto device = findDevice("mouse")->make(context);
+    const auto device = hand("mouse").make(context);
     double t = 0;
     const auto run = [&](int ticks, const Wrench& wrench) {
         DeviceReading reading;
@@ -166,7 +168,7 @@ TEST_CASE("hand device: impossible parameters are refused in one sentence", "[de
     context.demonstration = std::make_shared<RecordedMotion>(std::vector<MotionKey>{{0, {}}, {10, {}}});
     const auto with = [&](const char* text) {
         context.file = text;
-        return findDevice("hand")->make(context);
+        return hand("hand").make(context);
     };
     CHECK(with(""));
     CHECK(with("0.1,500,5,2"));
@@ -176,4 +178,4 @@ TEST_CASE("hand device: impossible parameters are refused in one sentence", "[de
     CHECK_THROWS_WITH(with("0.1,500,5,2,no-such"), Contains("no motion 'no-such'"));
 }
 
-}  // namespace touchstone::device_tests
+}  // namespace touchstone::hand_table_tests

@@ -1,4 +1,5 @@
-#include "haptics/device/inserting_hand.hpp"
+#include "haptics/hands/hand_table.hpp"
+#include "haptics/hands/inserting_hand.hpp"
 
 #include <catch2/catch.hpp>
 #include <optional>
@@ -209,7 +210,7 @@ TEST_CASE("goal: the tool leaves along +y, or along the way", "[hand]") {
 }
 
 TEST_CASE("inserting hand: needs a goal and a random seed", "[hand]") {
-    const DeviceInfo* insert = findDevice("insert");
+    const DeviceInfo* insert = findDevice("insert", handTable());
     REQUIRE(insert);
     DeviceContext context;
     CHECK_THROWS_WITH(insert->make(context), Catch::Contains("no goal"));

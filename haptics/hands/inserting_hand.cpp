@@ -1,4 +1,4 @@
-#include "haptics/device/inserting_hand.hpp"
+#include "haptics/hands/inserting_hand.hpp"
 
 #include <algorithm>
 #include <charconv>

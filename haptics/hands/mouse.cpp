@@ -1,4 +1,4 @@
-#include "haptics/device/mouse.hpp"
+#include "haptics/hands/mouse.hpp"
 
 #include <algorithm>
 #include <cmath>
