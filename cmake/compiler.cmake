@@ -1,8 +1,9 @@
 # Only the source decides the last bits of a result, so that every build for x86-64-v3 or higher gives the same (tests/builds
-# compares two). No compiler fuses a product and a sum: haptics/math/simd.hpp does, where it pays. Eigen computes number by number,
+# compares two). No compiler fuses a product and a sum: haptics/math/simd.hpp does, where it pays. GCC 12 does all the same where it
+# vectorizes neighboring statements that add and subtract in turn, so it may not. Eigen computes number by number,
 # since the width of its vectors depends on the processor, and the order of its sums on their width; its types have one layout.
 # Mathematical functions are called: compilers round those of constants themselves, and join sin and cos in a call of their own.
-set(TOUCHSTONE_FP_FLAGS -ffp-contract=off -DEIGEN_DONT_VECTORIZE -DEIGEN_MAX_STATIC_ALIGN_BYTES=16)
+set(TOUCHSTONE_FP_FLAGS -ffp-contract=off -fno-tree-slp-vectorize -DEIGEN_DONT_VECTORIZE -DEIGEN_MAX_STATIC_ALIGN_BYTES=16)
 set(functions sin cos tan asin acos atan atan2 exp exp2 log log2 log10 pow hypot)
 list(TRANSFORM functions PREPEND -fno-builtin-)
 

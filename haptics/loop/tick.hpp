@@ -58,8 +58,8 @@ enum TickFlag : std::uint32_t {
     kCapped = 1 << 6,          ///< trust or the travel budget shortened a move
     kHalved = 1 << 7,          ///< a pair that got deeper shortened a move
     kUnfinished = 1 << 8,      ///< the tool did not reach its goal in this tick; the next tick continues
-    /// The tick was given an invalid pose (Pose::isValid), or a mode whose spheres the world lacks: tool held, no
-    /// force.
+    /// The tick was given an invalid pose (Pose::isValid), a solver that no table has, or a mode whose spheres the
+    /// world lacks: tool held, no force.
     kBadInput = 1 << 9,
     kProjected = 1 << 10,     ///< an approximate answer was projected onto the rows
     kPaused = 1 << 11,        ///< the setting `pause` held the tool
@@ -146,7 +146,7 @@ class TickState {
 /// held and the force is zero. An obstacle moves by at most min(trust / 2, 0.25 mm/ms) and pushes the tool. In default
 /// mode the move is undone and the tick repeated without it if a pair would end with a gap below min(its gap before,
 /// -0.5 µm); the obstacle then tries shorter moves. An invalid pose (Pose::isValid) of the device or of the obstacle's
-/// target sets kBadInput, and nothing moves in that tick.
+/// target, or the name of a solver that there is not, sets kBadInput, and nothing moves in that tick.
 TickRecord step(const World& world, const Settings& settings, const TickInput& input, TickState& state) noexcept;
 
 }  // namespace touchstone

@@ -154,6 +154,27 @@ TEST_CASE("step: an invalid pose holds the tool without force until a valid one 
     }
 }
 
+TEST_CASE("step: a solver that no table has holds the tool without force until one is named that it has", "[step]") {
+    const auto [mode, geometry] = GENERATE(from_range(kWays));
+    const World world = balls();
+    const Settings settings = settingsOf(mode, geometry);
+    for (auto solver : {&Settings::solver, &Settings::shadow, &Settings::frictionSolver, &Settings::frictionShadow}) {
+        Settings wrong = settings;
+        wrong.shadow = "pqp";
+        wrong.*solver = "simplex";
+        TickState state(world);
+        TickRecord before;
+        for (int tick = 0; tick < 200; ++tick)
+            before = step(world, settings, {at(0, std::max(18.0, 25 - 0.05 * tick), 0)}, state);
+        REQUIRE(before.wrench_C.force.y() > 1);
+        const TickRecord held = step(world, wrong, {at(0, 18, 0)}, state);
+        CHECK(held.flags == kBadInput);
+        CHECK(isZero(held.wrench_C));
+        CHECK(held.X_WT == before.X_WT);
+        CHECK(step(world, settings, {at(0, 18, 0)}, state).wrench_C.force.y() == Approx(before.wrench_C.force.y()));
+    }
+}
+
 TEST_CASE("step: the tool goes to the end of the range and back", "[step]") {
     const World world = balls();
     const auto [mode, geometry] = GENERATE(from_range(kWays));
