@@ -41,8 +41,9 @@ enum class Mover {
 struct DeviceTraits {
     bool needsWindow = false;    ///< its pose comes from the window: DeviceContext::mouse
     bool followsMotion = false;  ///< it is where a motion of the scene is, and meets that motion's expected outcome
-    bool followsFile = false;    ///< it needs a file: a recording's folder, or a motion
-    bool takesSeed = false;      ///< the text after ':' is a seed, so that trials can differ
+    bool followsFile =
+        false;  ///< it follows a recording or a motion from a file, which the window asks for as for replay
+    bool takesSeed = false;  ///< the text after ':' is a seed, so that trials can differ
 };
 
 struct DeviceInfo {
@@ -57,9 +58,8 @@ struct DeviceInfo {
     DeviceTraits traits = {};
 };
 
-/// forcedimension, lab, phantom and spacemouse. To add a device, add a row. handTable() of haptics/hands has those
-/// without hardware; the program's table, with them and the devices that need more libraries, is allDevices() of
-/// haptics/sandbox/devices.
+/// Devices with hardware. To add one, add a row. handTable() of haptics/hands has those without; the program's table,
+/// with them and the devices that need more libraries, is allDevices() of haptics/sandbox/devices.
 std::span<const DeviceInfo> deviceTable();
 /// Row of the table, or null.
 const DeviceInfo* findDevice(std::string_view name, std::span<const DeviceInfo> table);

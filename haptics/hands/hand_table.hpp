@@ -6,7 +6,7 @@
 
 namespace touchstone {
 
-/// demo, hand, insert, mouse, replay and rest. To add a hand, add a row.
+/// To add a hand, add a row.
 std::span<const DeviceInfo> handTable();
 
 }  // namespace touchstone

@@ -1,5 +1,6 @@
-// Arbitrary bytes as an STL, OBJ or PLY file; the first byte selects the format.
+// Arbitrary bytes as a file of each format; the first byte selects it, by the first letter of its extension.
 #include <cmath>
+#include <deque>
 
 #include "engine/scene/mesh_file.hpp"
 #include "engine/scene/scene.hpp"
@@ -10,9 +11,16 @@ using fuzz::require;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     if (size == 0) return 0;
-    static const fuzz::ScratchFile files[] = {fuzz::ScratchFile(".stl"), fuzz::ScratchFile(".obj"),
-                                              fuzz::ScratchFile(".ply")};
-    const std::filesystem::path& file = files[data[0] % 3].write(data + 1, size - 1);
+    static const std::deque<fuzz::ScratchFile> files = [] {
+        std::deque<fuzz::ScratchFile> made;
+        for (const std::string_view extension : engine::meshExtensions()) made.emplace_back(std::string(extension));
+        return made;
+    }();
+    const auto extensions = engine::meshExtensions();
+    std::size_t format = data[0] % extensions.size();
+    for (std::size_t i = 0; i < extensions.size(); ++i)
+        if (extensions[i][1] == char(data[0])) format = i;
+    const std::filesystem::path& file = files[format].write(data + 1, size - 1);
     try {
         const auto [mesh, origin, notes] = engine::readMeshFile(file, 0.001);
         require(std::isfinite(origin.x + origin.y + origin.z), "the origin is finite");

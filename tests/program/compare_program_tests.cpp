@@ -99,8 +99,15 @@ TEST_CASE("compare: every friction solver is given the same motion, and its erro
         CHECK(number("penetration_max_mm") <= 1e-3);
         CHECK(number("cone_max_N") < 1e-4);
         const FrictionLaw& law = findFrictionSolver(name)->law;
-        CHECK((number("force_error_max_N") > 1e-3) == (law.facets > 0));
-        CHECK((number("complementarity_max_mJ") > 1e-3) == law.hovers);
+        const double most = std::max(1e-3, 100 * law.accuracy);
+        if (law.facets > 0)
+            CHECK(number("force_error_max_N") > 1e-3);
+        else
+            CHECK(number("force_error_max_N") < most);
+        if (law.hovers)
+            CHECK(number("complementarity_max_mJ") > 1e-3);
+        else
+            CHECK(number("complementarity_max_mJ") < most);
         if (name == "cone-newton") {
             CHECK(number("force_error_max_N") < 1e-9);
             CHECK(number("force_difference_max_N") == 0);

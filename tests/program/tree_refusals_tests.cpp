@@ -7,6 +7,7 @@
 #include <csignal>
 #include <map>
 
+#include "engine/scene/mesh_file.hpp"
 #include "tests/program/tree_program.hpp"
 
 namespace touchstone::tree_refusals_tests {
@@ -78,7 +79,7 @@ TEST_CASE("program: a missing or unsuitable input of tree is one sentence and ex
         {"/no/such.obj", "/no/such.obj"},
         {"nosuchscene", "nosuchscene"},
         {touchstone.with("mesh.step", "ISO-10303-21;\n"),
-         "neither a mesh (.obj, .ply or .stl) nor a scene (.glb or .gltf)"},
+         "neither a mesh (" + engine::meshExtensionWords("or") + ") nor a scene (.glb or .gltf)"},
         {touchstone.with("nan.stl", binaryStlOf(broken)), "non-finite"},
         {touchstone.with("nan.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n"), "nan.obj"},
         {touchstone.with("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"), "range.obj"},

@@ -7,6 +7,7 @@
 #include "engine/edit/scene_scale.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/gltf_write.hpp"
+#include "engine/scene/mesh_file.hpp"
 #include "haptics/sandbox/measure/goal_check.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/units.hpp"
@@ -206,7 +207,8 @@ constexpr const char* kNewFooter =
 void addNew(CLI::App& program, Action& action) {
     const auto options = std::make_shared<NewOptions>();
     CLI::App* command = addCommand(
-        program, "new", "Make a scene from parts in STL, OBJ, PLY or glTF files, or from a scene of another unit",
+        program, "new",
+        "Make a scene from parts (" + engine::meshExtensionWords("or") + ", or glTF), or from a scene of another unit",
         kNewFooter);
     CLI::Option* tool = command->add_option("--tool", options->tool, "the part that moves with the hand");
     CLI::Option* obstacle =
@@ -226,12 +228,14 @@ void addNew(CLI::App& program, Action& action) {
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     ofPart(command->add_option("--unit", options->unit,
-                               "unit of coordinates in STL, OBJ and PLY files: mm, cm, m or in; glTF has meters"))
+                               "unit of coordinates in " + engine::meshExtensionWords("and") +
+                                   " files: mm, cm, m or in; glTF has meters"))
         ->capture_default_str();
     ofPart(command->add_option("--up", options->up, "axis of these coordinates that is up: y or z; that of glTF is y"))
         ->capture_default_str();
     ofPart(command->add_option("--crease", options->crease,
-                               "edges that turn by more, in degrees, are drawn sharp, in STL, OBJ and PLY files"))
+                               "edges that turn by more, in degrees, are drawn sharp, in " +
+                                   engine::meshExtensionWords("and") + " files"))
         ->capture_default_str()
         ->check(within(0, 180, "degrees"));
     ofPart(command->add_flag(

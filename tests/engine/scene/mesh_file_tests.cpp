@@ -145,7 +145,7 @@ TEST_CASE("mesh file: broken files are refused in one sentence that names them",
         {"words.stl", {'h', 'e', 'l', 'l', 'o'}, ""},
         {"points.obj", {'v', ' ', '0', ' ', '0', ' ', '0', '\n'}, ""},
         {"empty.obj", {}, ""},
-        {"part.step", {'I', 'S', 'O'}, "is not a .obj, .ply or .stl"},
+        {"part.step", {'I', 'S', 'O'}, "is not a " + meshExtensionWords("or")},
     };
     for (const auto& [name, bytes, words] : cases) {
         CAPTURE(name);
@@ -164,7 +164,7 @@ TEST_CASE("mesh file: broken files are refused in one sentence that names them",
     writeFile(folder / "range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
     CHECK_THROWS_AS(readMeshFile(folder / "range.obj", 1), SceneError);
     CHECK_THROWS_WITH(readMeshFile(folder / "absent.stl", 1), Catch::Contains("the file does not exist"));
-    CHECK_THROWS_WITH(readMeshFile(folder.path(), 1), Catch::Contains("is not a .obj, .ply or .stl"));
+    CHECK_THROWS_WITH(readMeshFile(folder.path(), 1), Catch::Contains("is not a " + meshExtensionWords("or")));
 }
 
 TEST_CASE("mesh file: mutated files give a mesh or one sentence", "[mesh][fuzz]") {

@@ -380,7 +380,8 @@ TEST_CASE("mesh file: a face of many corners is read, and one with too many self
 
 TEST_CASE("mesh file: folders and pipes are refused without blocking", "[mesh]") {
     const TemporaryFolder folder;
-    for (const std::string extension : {".obj", ".ply", ".stl"}) {
+    for (const std::string_view each : meshExtensions()) {
+        const std::string extension(each);
         std::filesystem::create_directory(folder / ("folder" + extension));
         REQUIRE(::mkfifo((folder / ("pipe" + extension)).c_str(), 0600) == 0);
         for (const std::string kind : {"folder", "pipe"})

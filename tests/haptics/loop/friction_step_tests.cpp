@@ -369,10 +369,14 @@ TEST_CASE("friction: each solver renders by its own law, and none of its answers
             CHECK(force >= least * mu * record.wrench_C.force.z() * (1 - 1e-5));
             // A block that slides by 0.01 mm in a tick hovers at µ 0.01 mm.
             CHECK(hover == Approx(kDistance + (relaxed ? mu * 0.01 : 0)).epsilon(0.1));
-            CHECK((complementarity > 1e-4) == relaxed);
+            const double tolerance = std::max(1e-5, 100 * info.law.accuracy);
+            if (relaxed)
+                CHECK(complementarity > 1e-4);
+            else
+                CHECK(complementarity < std::max(1e-4, tolerance));
             if (info.law.facets == 0) {
-                CHECK(force == Approx(exactForce).epsilon(1e-5));
-                CHECK(direction < 1e-6);
+                CHECK(force == Approx(exactForce).epsilon(tolerance));
+                CHECK(direction < tolerance / 10);
             }
         }
     }
