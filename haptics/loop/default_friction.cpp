@@ -68,6 +68,7 @@ ContactForces::Result DefaultTick::solveForces(const Vec6& wanted, double drag) 
     record.iterations += result.iterations;
     if (exact) evaluationsOfTick_ += result.iterations;
     record.status = std::max(record.status, result.status);
+    record.frictionStage = std::max(record.frictionStage, int(result.stage));
     tick_.addTime(record.solveUs, start);
     if (result.status == SolveStatus::Invalid) return result;
     if (result.status == SolveStatus::Elastic) record.flags |= kInfeasible;
@@ -78,7 +79,7 @@ ContactForces::Result DefaultTick::solveForces(const Vec6& wanted, double drag) 
     }
     if (result.restarted) {
         restarted_ = true;
-        restart_ = moved(state_.graphic, result.restart);
+        restart_ = state_.graphic;
     }
     record.coulomb = worstOf(record.coulomb, result.residuals);
     state_.contacts.clear();

@@ -101,6 +101,7 @@ struct TickRecord {
     double slip = 0;                ///< greatest of a loaded contact in this tick, mm
     double frictionForce = 0;       ///< size of the sum of all friction forces, N
     CoulombResiduals coulomb;       ///< worst over the tick's linearizations; all 0 without friction
+    int frictionStage = 0;          ///< what the hardest solve took: 1 Newton's steps, 2 rounds, 3 a path; 0 without
 
     /// Rows, with friction contacts, that the shadow received; cut: removed by screening or by shadow_rows.
     int shadowRows = 0, shadowRowsCut = 0, shadowIterations = 0;

@@ -16,21 +16,6 @@ constexpr double kSlips = 1e-7;
 /// Maximum number of rounds in which crossed rows are added. Three are usual.
 constexpr int kCrossedRounds = 64;
 
-/// Maximum number of increments in which the contacts of one solve close, and of their evaluations, after which no more
-/// begins. Three increments and some dozens of evaluations are usual.
-constexpr int kClosings = 8, kClosingEvaluations = 2 * ConeNewton::kMostEvaluations;
-
-/// Residuals at which a tick is exact, N, mm and mJ: what a hand on springs of 1 N/mm feels as 1e-6 N. Between walls,
-/// rows that are rounded contradict each other by up to about 1e-8 mm, and an answer cannot obey all of them any
-/// closer.
-constexpr double kExactTick = 1e-6;
-
-bool isExact(const FrictionProblem& problem, const FrictionResult& answer) {
-    if (answer.status != FrictionStatus::Regularized) return answer.status == FrictionStatus::Exact;
-    const CoulombResiduals r = coulombResiduals(problem, answer.x, answer.forces);
-    return std::max({r.worst_N(), r.overlap_mm, r.complementarity_mJ, r.direction_mJ}) <= kExactTick;
-}
-
 /// Calls visit(row) for every row with J x + g <= limit.
 template <class Visit>
 void forEachBelow(const RowSet& rows, const Vec6& x, double limit, Visit&& visit) {
@@ -41,6 +26,12 @@ void forEachBelow(const RowSet& rows, const Vec6& x, double limit, Visit&& visit
         for (int lane = 0; lane < 8 && i + lane < rows.size(); ++lane)
             if (s[lane] <= limit) visit(i + lane, s[lane]);
     }
+}
+
+/// The gap to which a tool that is nearer than the distance that is kept may stay: 0, or what an obstacle that moves
+/// has taken of the gap in this tick.
+double leastGap(const RowContacts& rows, std::uint64_t id, const Vec3& normal) {
+    return std::min(0.0, normal.dot(rows.placeOf(id).pushed));
 }
 
 }  // namespace
@@ -54,7 +45,7 @@ bool ContactForces::add(const QpProblem& problem, const RowContacts& rows, int r
     c.n = j.head<3>();
     const RowContacts::Place place = rows.placeOf(c.id);
     c.r = c.n.cross(j.tail<3>()) + c.n * c.n.dot(place.r);  // r x n is that of the row
-    c.gap = problem.rows->gap()[row] + j.dot(moved_);
+    c.gap = problem.rows->gap()[row];
     if (!restarted_) c.slipped = place.slipped;
     c.startForce = force;
     const int obstacle = int(c.id >> 56);
@@ -74,22 +65,13 @@ bool ContactForces::add(const QpProblem& problem, const RowContacts& rows, int r
     return true;
 }
 
-/// The gap to which a tool that is nearer than the distance that is kept may stay: 0, or what an obstacle that moves
-/// has taken of the gap in this tick.
-double ContactForces::leastGap(const RowContacts& rows, std::uint64_t id, const Vec6& row) const noexcept {
-    const Vec3 pushed = rows.placeOf(id).pushed;
-    return pushed.isZero(0) ? 0 : std::min(0.0, row.head<3>().dot(pushed) + row.dot(moved_));
-}
-
 /// Lets a tool that is nearer than the distance that is kept stay there. Friction may be greater than what pushes it
 /// out, and then there is no other answer. Returns whether there is such a contact.
 bool ContactForces::stayInside(const RowContacts& rows) noexcept {
     bool any = false;
     for (FrictionContact& c : contacts_) {
         if (!(c.gap < 0)) continue;
-        Vec6 row;
-        row << c.n, c.r.cross(c.n);
-        const double least = leastGap(rows, c.id, row);
+        const double least = leastGap(rows, c.id, c.n);
         any = any || c.gap < least;
         c.gap = std::max(least, c.gap);
     }
@@ -136,86 +118,22 @@ bool ContactForces::addExpected(const QpProblem& problem, const SolverSettings& 
     return fits;
 }
 
-/// Moves the place from which gaps and slips count.
-void ContactForces::moveOn(const Vec6& x) noexcept {
-    moved_ += x;
-    for (FrictionContact& c : contacts_) {
-        c.gap += c.n.dot(c.motion(x));
-        if (c.gap > -kTouches) c.gap = std::max(0.0, c.gap);
-    }
-}
-
-/// For gaps >= 0 and slip that begins here. What closes a gap and jams there has no answer in one increment, since it
-/// may not stick where it has slipped to. So the tool moves with the contacts that touch until the next one closes, and
-/// starts again from there: each of these increments obeys the law. Changes nothing if one of them is not exact.
-void ContactForces::closeOneByOne(FrictionSolver& solver, const QpProblem& problem, const RowContacts& rows,
-                                  FrictionResult& answer, Result& result) noexcept {
-    const RowSet& all = *problem.rows;
-    const auto touches = [](double gap) { return gap <= kTouches; };
-    given_ = contacts_;
-    givenForces_ = startForces_;
-    const FrictionResult before = answer;
-    answerForces_.assign(answer.forces.begin(), answer.forces.end());
-    const Vec6 place = moved_;
-    const bool restarted = restarted_;
-    const int limit = result.iterations + kClosingEvaluations;
-    bool fits = true;
-    for (int closing = 0; fits && closing < kClosings && result.iterations < limit; ++closing) {
-        closed_.clear();
-        for (const FrictionContact& c : contacts_)
-            if (touches(c.gap)) closed_.push_back(c);
-        const FrictionProblem now{problem.stiffness, problem.wanted - moved_, closed_};
-        answer = solver.solve(now, Vec6::Zero());
-        result.iterations += answer.iterations;
-        if (!isExact(now, answer)) break;
-        forces_.clear();
-        std::size_t next = 0;
-        for (FrictionContact& c : contacts_) {
-            forces_.push_back(touches(c.gap) ? answer.forces[next++] : Vec3::Zero());
-            c.startForce = forces_.back();
-        }
-        const auto gapOf = [&](int row) { return std::max(0.0, all.row(row).dot(moved_) + all.gap()[row]); };
-        double share = 1;
-        forEachBelow(all, moved_ + answer.x, -kTouches, [&](int row, double s) {
-            if (!touches(gapOf(row)) || !knows(all.id(row))) share = std::min(share, gapOf(row) / (gapOf(row) - s));
-        });
-        if (share == 1) {
-            answer.status = FrictionStatus::Exact;
-            answer.forces = forces_;
-            return;
-        }
-        restarted_ = true;
-        const Vec6 end = moved_ + answer.x;
-        moveOn(share * answer.x);
-        forEachBelow(all, end, -kTouches, [&](int row, double) {
-            if (touches(gapOf(row)) && !knows(all.id(row))) fits = add(problem, rows, row, Vec3::Zero()) && fits;
-        });
-    }
-    contacts_ = given_;
-    startForces_ = givenForces_;
-    moved_ = place;
-    restarted_ = restarted;
-    answer = before;
-    answer.forces = answerForces_;
-}
-
 /// Solves, and adds the rows that the answer crosses, until it crosses no more. Returns whether there is an answer.
-bool ContactForces::solveWith(FrictionSolver& solver, bool exact, const QpProblem& problem,
-                              const SolverSettings& settings, const RowContacts& rows, Solver& frictionless, Vec6 start,
-                              FrictionResult& answer, Result& result) noexcept {
+bool ContactForces::solveWith(FrictionSolver& solver, const QpProblem& problem, const SolverSettings& settings,
+                              const RowContacts& rows, Solver& frictionless, Vec6 start, FrictionResult& answer,
+                              Result& result) noexcept {
     const auto solveOnce = [&] {
-        const FrictionProblem now{problem.stiffness, problem.wanted - moved_, contacts_};
-        answer = solver.solve(now, start);
+        answer = solver.solve({problem.stiffness, problem.wanted, contacts_}, start);
         result.iterations += answer.iterations;
-        if (isExact(now, answer)) answer.status = FrictionStatus::Exact;
+        result.stage = std::max(result.stage, answer.stage);
     };
     bool crosses = true, fits = true, inside = false;
     // A tool that stays inside does not cross the rows inside which it is.
     const auto crossing = [&](int row, double s) {
         if (!inside) return s;
-        const Vec6 j = problem.rows->row(row);
-        const double gap = problem.rows->gap()[row] + j.dot(moved_);
-        return gap < 0 ? s - std::min(0.0, gap - leastGap(rows, problem.rows->id(row), j)) : s;
+        const double gap = problem.rows->gap()[row];
+        const Vec3 n = problem.rows->row(row).head<3>();
+        return gap < 0 ? s - std::min(0.0, gap - leastGap(rows, problem.rows->id(row), n)) : s;
     };
     for (int round = 0; crosses && fits && round < kCrossedRounds; ++round) {
         solveOnce();
@@ -226,14 +144,13 @@ bool ContactForces::solveWith(FrictionSolver& solver, bool exact, const QpProble
             solveOnce();
         }
         if (fails() && restartSlip()) solveOnce();
-        if (fails() && exact) closeOneByOne(solver, problem, rows, answer, result);
         if (answer.status == FrictionStatus::None) return false;
         start = answer.x;
         for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].startForce = answer.forces[i];
         double least = 0;
         int crossed = 0;
         result.overlap = 0;
-        forEachBelow(*problem.rows, moved_ + answer.x, -kTouches, [&](int row, double s) {
+        forEachBelow(*problem.rows, answer.x, -kTouches, [&](int row, double s) {
             result.overlap = std::max(result.overlap, -s);
             s = crossing(row, s);
             if (s > -kTouches || knows(problem.rows->id(row))) return;
@@ -244,7 +161,7 @@ bool ContactForces::solveWith(FrictionSolver& solver, bool exact, const QpProble
         if (!crosses) break;
         // An approximate answer takes more rounds than there are rows to add one by one.
         const double limit = approximate ? -kTouches : least * (1 - 1e-9);
-        forEachBelow(*problem.rows, moved_ + answer.x, limit, [&](int row, double s) {
+        forEachBelow(*problem.rows, answer.x, limit, [&](int row, double s) {
             if (crossing(row, s) <= limit && !knows(problem.rows->id(row)))
                 fits = add(problem, rows, row, Vec3::Zero()) && fits;
         });
@@ -263,7 +180,6 @@ ContactForces::Result ContactForces::solve(const QpProblem& problem, const Solve
     contacts_.clear();
     startForces_.clear();
     restarted_ = false;
-    moved_.setZero();
     Vec6 start = Vec6::Zero();
     for (const Contact& contact : last_) {
         const int row = problem.rows->find(contact.id);
@@ -297,20 +213,16 @@ ContactForces::Result ContactForces::solve(const QpProblem& problem, const Solve
     }
     FrictionResult answer;
     begun_ = contacts_;
-    bool solved = solveWith(solver, exact, problem, settings, rows, frictionless, start, answer, result);
+    bool solved = solveWith(solver, problem, settings, rows, frictionless, start, answer, result);
     if (!solved &&
         !exact) {  // the exact solver may answer what the other one could not, so gaps and slips are as given
         contacts_ = begun_;
         startForces_.resize(begun_.size());
         restarted_ = false;
-        moved_.setZero();
-        solved = solveWith(exact_, true, problem, settings, rows, frictionless, start, answer, result);
+        solved = solveWith(exact_, problem, settings, rows, frictionless, start, answer, result);
         result.replaced = solved;
     }
     restoreStartForces();
-    result.restart = moved_;
-    for (FrictionContact& c : contacts_) c.slipped -= c.motion(moved_);
-    moveOn(-moved_);
     result.friction = solved ? answer.status : FrictionStatus::None;
     // Rows that contradict each other have no answer with friction either. An answer that violates none shows that they
     // do not.
@@ -325,7 +237,7 @@ ContactForces::Result ContactForces::solve(const QpProblem& problem, const Solve
     result.status = SolveStatus::Solved;
     if (result.friction == FrictionStatus::None) return result;
     result.restarted = restarted_;
-    result.x = result.restart + answer.x;
+    result.x = answer.x;
     result.residuals = coulombResiduals({problem.stiffness, problem.wanted, contacts_}, result.x, answer.forces);
     last_.clear();
     for (std::size_t i = 0; i < contacts_.size(); ++i) {

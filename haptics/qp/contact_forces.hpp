@@ -35,11 +35,6 @@ class ContactForces {
         startForces_.reserve(kMaxContacts);
         last_.reserve(kMaxContacts);
         before_.reserve(kMaxContacts);
-        given_.reserve(kMaxContacts);
-        givenForces_.reserve(kMaxContacts);
-        closed_.reserve(kMaxContacts);
-        answerForces_.reserve(kMaxContacts);
-        forces_.reserve(kMaxContacts);
     }
 
     using Contact = ContactForce;
@@ -47,9 +42,9 @@ class ContactForces {
         SolveStatus status = SolveStatus::Invalid;  ///< Elastic: there is no friction in the answer
         FrictionStatus friction = FrictionStatus::None;
         Vec6 x = Vec6::Zero();
-        bool replaced = false;        ///< the answer is that of the exact solver, because `solver` had none
-        bool restarted = false;       ///< slip counts from `restart`: counted since the tick began it had no answer
-        Vec6 restart = Vec6::Zero();  ///< increment of the tool from its place
+        bool replaced = false;   ///< the answer is that of the exact solver, because `solver` had none
+        bool restarted = false;  ///< slip counts from where the tool is: counted since the tick began it had no answer
+        FrictionStage stage = FrictionStage::None;  ///< the furthest of its solves
         int iterations = 0;
         double slack = 0;    ///< as in SolveResult
         double overlap = 0;  ///< largest violation of a row, mm
@@ -73,33 +68,23 @@ class ContactForces {
 
   private:
     bool add(const QpProblem& problem, const RowContacts& rows, int row, const Vec3& force) noexcept;
-    double leastGap(const RowContacts& rows, std::uint64_t id, const Vec6& row) const noexcept;
     bool stayInside(const RowContacts& rows) noexcept;
     bool restartSlip() noexcept;
     void restoreStartForces() noexcept;
     bool knows(std::uint64_t id) const noexcept;
-    void moveOn(const Vec6& x) noexcept;
-    void closeOneByOne(FrictionSolver& solver, const QpProblem& problem, const RowContacts& rows,
-                       FrictionResult& answer, Result& result) noexcept;
     bool addExpected(const QpProblem& problem, const SolverSettings& settings, const RowContacts& rows,
                      Solver& frictionless, const FrictionResult& answer, Result& result) noexcept;
-    bool solveWith(FrictionSolver& solver, bool exact, const QpProblem& problem, const SolverSettings& settings,
+    bool solveWith(FrictionSolver& solver, const QpProblem& problem, const SolverSettings& settings,
                    const RowContacts& rows, Solver& frictionless, Vec6 start, FrictionResult& answer,
                    Result& result) noexcept;
 
     ConeNewton exact_;
-    bool restarted_ = false;     ///< of the last solve, as in Result
-    Vec6 moved_ = Vec6::Zero();  ///< likewise restart; gaps, slips and answers count from there until a solve ends
+    bool restarted_ = false;  ///< of the last solve, as in Result
     std::vector<FrictionContact> contacts_;
     std::vector<FrictionContact> begun_;  ///< contacts_ before any solve
     std::vector<Vec3> startForces_;       ///< of contacts_, before any round
-    // What closeOneByOne() was given: contacts_, startForces_ and the forces of the answer.
-    std::vector<FrictionContact> given_;
-    std::vector<Vec3> givenForces_, answerForces_;
-    std::vector<FrictionContact> closed_;  ///< of contacts_
-    std::vector<Vec3> forces_;             ///< of contacts_
-    std::vector<Contact> last_;            ///< of the last solve
-    std::vector<Contact> before_;          ///< of the last tick
+    std::vector<Contact> last_;           ///< of the last solve
+    std::vector<Contact> before_;         ///< of the last tick
 };
 
 }  // namespace touchstone

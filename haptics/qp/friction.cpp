@@ -27,6 +27,10 @@ CoulombResiduals coulombResiduals(const FrictionProblem& problem, const Vec6& x,
     return r;
 }
 
+double CoulombResiduals::worst() const {
+    return std::max({balance_N, overlap_mm, cone_N, complementarity_mJ, direction_mJ});
+}
+
 CoulombResiduals worstOf(const CoulombResiduals& a, const CoulombResiduals& b) {
     return {std::max(a.balance_N, b.balance_N),
             std::max(a.overlap_mm, b.overlap_mm),

@@ -53,11 +53,16 @@ enum class FrictionStatus : std::uint8_t {
     None,         ///< no answer: x and the forces are the last iterate
 };
 
+/// What found an answer, or was the last to seek it: None without friction, Newton also for a solver that has no
+/// stages.
+enum class FrictionStage : std::uint8_t { None, Newton, Rounds, Path };
+
 struct FrictionResult {
     FrictionStatus status = FrictionStatus::None;
     Vec6 x = Vec6::Zero();
     int iterations = 0;
-    std::span<const Vec3> forces;  ///< on the tool, one for each contact, N; valid until the next call
+    FrictionStage stage = FrictionStage::Newton;  ///< see ConeNewton
+    std::span<const Vec3> forces;                 ///< on the tool, one for each contact, N; valid until the next call
 };
 
 /// A contact that carries force.

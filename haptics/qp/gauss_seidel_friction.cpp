@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "haptics/qp/cone.hpp"
+
 namespace touchstone {
 namespace {
 
@@ -24,8 +26,7 @@ class GaussSeidelFriction final : public FrictionSolver {
         for (std::size_t i = 0; i < m; ++i) {
             const FrictionContact& c = problem.contacts[i];
             compliances_[i] = complianceOf(problem, c);
-            const double normal = std::max(0.0, c.n.dot(c.startForce));
-            forces_[i] = normal * c.n + onDisc(c.startForce - c.n * c.n.dot(c.startForce), c.coefficient * normal);
+            forces_[i] = projectOntoCone(c.startForce, c.n, c.coefficient).force;
             push(problem, c, forces_[i], result.x);
         }
         const Vec6 pull = problem.stiffness.cwiseProduct(problem.wanted);
@@ -46,11 +47,6 @@ class GaussSeidelFriction final : public FrictionSolver {
     struct Compliance {
         double normal = 0, tangential = 0;  ///< mm/N
     };
-
-    static Vec3 onDisc(const Vec3& f, double radius) {
-        const double size = f.norm();
-        return size > radius ? Vec3(f * (radius / size)) : f;
-    }
 
     static Compliance complianceOf(const FrictionProblem& problem, const FrictionContact& c) {
         const Vec3 t = c.n.unitOrthogonal(), b = c.n.cross(t);
@@ -77,9 +73,9 @@ class GaussSeidelFriction final : public FrictionSolver {
             const double normal = std::max(0.0, normalBefore - c.distance(x) / compliances_[i].normal);
             push(problem, c, (normal - normalBefore) * c.n, x);
             const Vec3 tangential = before - normalBefore * c.n;
-            const Vec3 next = onDisc(tangential - c.slip(x) / compliances_[i].tangential, c.coefficient * normal);
-            push(problem, c, next - tangential, x);
-            forces_[i] = normal * c.n + next;
+            const Vec3 pushed = normal * c.n + tangential;
+            forces_[i] = projectOntoCone(pushed - c.slip(x) / compliances_[i].tangential, c.n, c.coefficient).force;
+            push(problem, c, forces_[i] - pushed, x);
             change = std::max(change, (forces_[i] - before).norm());
         }
         return change;

@@ -41,6 +41,11 @@ struct CoulombResiduals {
     double direction_mJ = 0;        ///< max µ f_n |u| + f_t·u: 0 where friction is greatest and opposes the slip
     double dissipation_mJ = 0;      ///< -Σ f_t·u: the heat of the tick, >= 0
     double worst_N() const { return balance_N > cone_N ? balance_N : cone_N; }
+    double worst() const;  ///< of all but the heat: N, mm or mJ
+    /// Residuals at which an answer is exact: what a hand on springs of 1 N/mm feels as 1e-6 N. Between walls, rows
+    /// that are rounded contradict each other by up to about 1e-8 mm, and no answer can obey all of them any closer.
+    static constexpr double kExact = 1e-6;
+    bool isExact() const { return worst() <= kExact; }
 };
 
 }  // namespace touchstone

@@ -206,10 +206,9 @@ constexpr const char* kNewFooter =
 
 void addNew(CLI::App& program, Action& action) {
     const auto options = std::make_shared<NewOptions>();
-    CLI::App* command = addCommand(
-        program, "new",
-        "Make a scene from parts (" + engine::meshExtensionWords("or") + ", or glTF), or from a scene of another unit",
-        kNewFooter);
+    static const std::string about =
+        "Make a scene from parts (" + engine::meshExtensionWords("or") + ", or glTF), or from a scene of another unit";
+    CLI::App* command = addCommand(program, "new", about.c_str(), kNewFooter);
     CLI::Option* tool = command->add_option("--tool", options->tool, "the part that moves with the hand");
     CLI::Option* obstacle =
         command->add_option("--obstacle", options->obstacles, "a part that is fixed; may be repeated")

@@ -38,11 +38,14 @@ void printReport(const sandbox::Report& report) {
     }
     const auto& friction = report.friction;
     if (friction.sticking + friction.sliding + friction.held > 0)
-        std::printf("  friction by %s, shadow %s: %llu ticks stick, %llu slide; %llu soft, %llu held, %llu replaced\n",
-                    report.frictionSolver.c_str(), report.frictionShadow.c_str(),
-                    static_cast<unsigned long long>(friction.sticking),
-                    static_cast<unsigned long long>(friction.sliding), static_cast<unsigned long long>(friction.soft),
-                    static_cast<unsigned long long>(friction.held), static_cast<unsigned long long>(friction.replaced));
+        std::printf(
+            "  friction by %s, shadow %s: %llu ticks stick, %llu slide; %llu soft, %llu held, %llu replaced\n"
+            "    solved by Newton's steps in %llu ticks, by rounds in %llu, by a path in %llu\n",
+            report.frictionSolver.c_str(), report.frictionShadow.c_str(),
+            static_cast<unsigned long long>(friction.sticking), static_cast<unsigned long long>(friction.sliding),
+            static_cast<unsigned long long>(friction.soft), static_cast<unsigned long long>(friction.held),
+            static_cast<unsigned long long>(friction.replaced), static_cast<unsigned long long>(friction.stages[0]),
+            static_cast<unsigned long long>(friction.stages[1]), static_cast<unsigned long long>(friction.stages[2]));
     std::printf("  rows up to %.0f, force up to %.2f N, torque up to %.1f mN·m\n", report.rows.max.value_or(0),
                 report.force, report.torque);
     std::printf("  penetration up to %.6f mm, hover up to %.4f mm\n", report.penetration.max.value_or(0),

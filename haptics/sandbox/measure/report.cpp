@@ -119,6 +119,9 @@ ordered_json toJson(const Report& report) {
                             {"shadow", report.frictionShadow},
                             {"ticks_sticking", friction.sticking},
                             {"ticks_sliding", friction.sliding},
+                            {"ticks_newton", friction.stages[0]},
+                            {"ticks_rounds", friction.stages[1]},
+                            {"ticks_path", friction.stages[2]},
                             {"ticks_soft", friction.soft},
                             {"ticks_held", friction.held},
                             {"ticks_replaced", friction.replaced},
@@ -171,6 +174,7 @@ void RunStatistics::add(const TickRecord& record, double penetration, double dt)
     overlapping_ += (record.flags & kOverlapping) != 0;
     friction_.sticking += record.sticking > 0;
     friction_.sliding += record.sliding > 0;
+    if (record.frictionStage > 0) ++friction_.stages[std::size_t(record.frictionStage) - 1];
     friction_.soft += (record.flags & kFrictionSoft) != 0;
     friction_.held += (record.flags & kFrictionHeld) != 0;
     friction_.replaced += record.sticking + record.sliding > 0 && (record.flags & kIterationLimit) != 0;

@@ -1,5 +1,6 @@
 #pragma once
 // The report of a run: its times, forces, errors and checks in numbers.
+#include <array>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -36,6 +37,7 @@ struct Report {
     struct FrictionReport {
         std::uint64_t sticking = 0, sliding = 0;  ///< ticks in which a contact stuck, slid
         std::uint64_t soft = 0, held = 0;         ///< ticks with kFrictionSoft, kFrictionHeld
+        std::array<std::uint64_t, 3> stages{};    ///< ticks by TickRecord::frictionStage, from 1
         std::uint64_t replaced = 0;               ///< ticks that the exact solver took over from a baseline
         double slip = 0, force = 0;               ///< greatest slip in a tick, mm, and friction force, N
         CoulombResiduals coulomb;                 ///< the worst; dissipation_mJ is the sum
