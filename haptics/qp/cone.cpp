@@ -21,14 +21,14 @@ Rounded rounded(double x, double rounding) {
 ConeForce projectRounded(const Vec3& w, const Vec3& n, double mu, double rounding, Vec3& widened) {
     ConeForce to;
     widened.setZero();
-    to.normal = n.dot(w);
-    const auto [normal, rise, normalWidened] = rounded(to.normal, rounding);
+    const double wn = n.dot(w);
+    const auto [normal, rise, normalWidened] = rounded(wn, rounding);
     if (!(normal > 0)) return to;
     to.piece = ConePiece::Slide;
     to.rise = rise;
     to.force = normal * n;
     widened = normalWidened * n;
-    const Vec3 tangential = w - to.normal * n;
+    const Vec3 tangential = w - wn * n;
     const double size = tangential.norm(), limit = mu * normal;
     if (!(limit > 0)) return to;
     const auto [beyond, byBeyond, beyondWidened] = rounded(size - limit, mu * rounding);

@@ -14,7 +14,6 @@ enum class ConePiece : std::uint8_t { Open, Stick, Slide };
 struct ConeForce {
     ConePiece piece = ConePiece::Open;
     Vec3 force = Vec3::Zero();
-    double normal = 0;          ///< w_n
     Vec3 along = Vec3::Zero();  ///< a: direction of w_t
     double rise = 0, share = 0, lean = 0, fall = 0;
 
@@ -30,19 +29,16 @@ struct ConeForce {
 template <class Choose>
 ConeForce projectOntoCone(const Vec3& w, const Vec3& n, double mu, Choose&& choose) {
     ConeForce to;
-    to.normal = n.dot(w);
-    const Vec3 tangential = w - to.normal * n;
-    const double size = tangential.norm(), limit = mu * to.normal;
+    const double normal = n.dot(w);
+    const Vec3 tangential = w - normal * n;
+    const double size = tangential.norm(), limit = mu * normal;
     if (size > 0) to.along = tangential * (1 / size);
-    to.piece = choose(!(to.normal > 0) ? ConePiece::Open
-                      : size <= limit  ? ConePiece::Stick
-                                       : ConePiece::Slide,
-                      to.along);
+    to.piece = choose(!(normal > 0) ? ConePiece::Open : size <= limit ? ConePiece::Stick : ConePiece::Slide, to.along);
     if (to.piece == ConePiece::Open) return to;
     to.rise = to.share = 1;
     to.force = w;
     if (to.piece == ConePiece::Stick) return to;
-    to.force = to.normal * n + limit * to.along;
+    to.force = normal * n + limit * to.along;
     to.share = to.fall = size > 0 ? limit / size : 0;
     to.lean = mu;
     return to;

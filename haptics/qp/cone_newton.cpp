@@ -416,9 +416,7 @@ bool ConeNewton::follow(Vec6& x) {
         trial = at + decades;
         // Rounds from here with this ρ, by the law itself.
         rounding_ = 0;
-        for (std::size_t i = 0; i < m; ++i) {
-            best_[i] = states_[i].f0 = states_[i].law.force;
-        }
+        for (std::size_t i = 0; i < m; ++i) best_[i] = states_[i].f0 = states_[i].law.force;
         double error, before = INFINITY;
         for (int round = 0; round < kRoundSteps && findPose(y, std::exp(at), error); ++round) {
             if (error <= kConverged || (error <= kErrorSettled && error > before / 2)) {
@@ -429,7 +427,6 @@ bool ConeNewton::follow(Vec6& x) {
             for (std::size_t i = 0; i < m; ++i) states_[i].f0 = states_[i].law.force;
         }
         for (std::size_t i = 0; i < m; ++i) {
-            states_[i].takesPart = true;
             states_[i].f0 = states_[i].before;
             states_[i].law.force = best_[i];
         }

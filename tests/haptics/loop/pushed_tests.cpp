@@ -91,7 +91,8 @@ TEST_CASE("pushed: with friction a tool with nothing behind it gives way to what
             if (released)
                 CHECK(record.wrench_C.isZero());
             else
-                CHECK(gap == Approx(kept).margin(relaxed ? mu * 0.5 : 1e-4));  // a tenth of a micrometer
+                // A tenth of a micrometer, but for a solver that says that it is less accurate.
+                CHECK(gap == Approx(kept).margin(relaxed ? mu * 0.5 : std::max(1e-4, solver.law.accuracy)));
         }
     // An obstacle waits a tick where no forces with friction were found: one between spheres, at 500 mm/s with mu 1.
     CHECK(held <= int(geometry == Geometry::Spheres && mu == 1.0 && speed == 0.5));
