@@ -184,9 +184,9 @@ Scene makeNut(const SceneOptions& options) {
     const ThreadFit& fit = options.nut;
     // The nut is tight when it has turned through its play on the plate; the hand turns further. Within the first turn
     // the thread catches, and the others lead down to the plate.
-    const double turns = std::floor(fit.standing() / fit.pitch), seconds = turns / 3, press = 10,
-                 tight = -fit.playAngle() - 0.1, onTip = fit.pitch * turns;
-    const WayDown way{onTip + 6, onTip, fit.pitch, tight + kTau * turns, fit.left ? -1.0 : 1.0};
+    const double turns = std::floor(fit.standing() / fit.lead()), seconds = turns / 3, press = 10,
+                 tight = -fit.playAngle() - 0.1, onTip = fit.lead() * turns;
+    const WayDown way{onTip + 6, onTip, fit.lead(), tight + kTau * turns, fit.left ? -1.0 : 1.0};
     const glm::dvec3 aside(0.4, 0, 0);
     ToolPose start = way.before(), tip = way.after(0, -press);
     start.position += aside, tip.position += aside;
@@ -207,7 +207,7 @@ Scene makeNut(const SceneOptions& options) {
     TurnedSolid plate;
     plate.add({fit.diameter / 2 + 0.75, fit.acrossFlats(), -fit.plate(), 0});
     addBody(scene, "plate", {}, shared(plate.mesh(2)), silver(), obstacleMarking(options.leaves));
-    addGoal(scene, {}, 1.5 * fit.clearance, 1.2 * fit.playAngle(), {{"lead_m", way.hand * fit.pitch / 1000}});
+    addGoal(scene, {}, 1.5 * fit.clearance, 1.2 * fit.playAngle(), {{"lead_m", way.hand * fit.lead() / 1000}});
     scene.animations.push_back(motion.animation(tool));
     addNutCases(scene, tool, way, press);
     return scene;

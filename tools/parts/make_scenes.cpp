@@ -72,6 +72,9 @@ void addOptions(CLI::App& command, std::string_view scene, app::SceneOptions& op
         number("--pitch", fit.pitch, "pitch of the thread, mm");
         number("--clearance", fit.clearance, "clearance of flanks, crests and roots, mm");
         number("--height", fit.height, "height of the nut, mm");
+        number("--flank", fit.flank, "angle from the flanks to the radial planes, degrees; 1: about a square thread");
+        number("--depth", fit.depth, "depth of the thread, mm; 0: that of the basic profile");
+        number("--starts", fit.starts, "threads side by side");
         command.add_flag("--left", fit.left, "a left-handed thread");
         number("--segments", fit.segments, "sections of the bolt around its axis");
         number("--nut-segments", fit.nutSegments,

@@ -67,10 +67,10 @@ Profile simplified(const Profile& profile, bool larger) {
 /// The basic profile moved outward by the clearance, with the middle of a crest at `phase`.
 Profile thread(const ThreadFit& fit, double clearance, double phase, double low, double high) {
     const double crest = fit.diameter / 2 + clearance, root = fit.minorDiameter() / 2 + clearance;
-    // A line at 60° to the axis is `clearance` away when it moves by 2 clearances along the radius: the flats move by
-    // one of them, and the other widens the crest and narrows the root.
-    const double wider = clearance / std::sqrt(3.0);
-    const double crestHalf = fit.pitch / 16 + wider, rootHalf = fit.pitch / 8 - wider;
+    // A flank is `clearance` away when it has moved by clearance / sin(flank) along the radius: the flats move by one
+    // clearance, and the rest widens the crest and narrows the root.
+    const double angle = fit.flankAngle(), wider = clearance * (1 - std::sin(angle)) / std::cos(angle);
+    const double crestHalf = fit.pitch / 16 + wider, rootHalf = fit.rootHalf() - wider;
     Profile whole;
     for (double k = std::floor((low - phase) / fit.pitch) - 1; k * fit.pitch + phase < high + 2 * fit.pitch; ++k) {
         const double at = phase + k * fit.pitch, between = at + fit.pitch / 2;
@@ -127,11 +127,13 @@ engine::MeshData finished(Solid solid, bool left) {
 
 void check(const ThreadFit& fit) {
     require(fit.pitch > 0 && fit.height > 0, "the pitch and the nut's height must be positive");
+    require(fit.flank >= 0.5 && fit.flank < 60, "the flank of a thread must lie between 0.5 and 60 degrees");
+    require(fit.rootHalf() > fit.clearance, "the thread must be less deep: its flanks meet above the root");
     require(fit.minorDiameter() / 2 > 2 * kBeyond, "the bolt must be thicker than its thread is deep");
     require(fit.clearance >= 0 && fit.clearance < fit.pitch / 8,
             "the clearance of a thread must lie between 0 and an eighth of the pitch");
     require(fit.standing() >= fit.pitch, "the pitch must be smaller: the bolt has less than one turn above the plate");
-    require(fit.height > fit.pitch + 2 * kBeyond + 1.25 * fit.triangle(),
+    require(fit.height > fit.pitch + 2 * kBeyond + 2 * fit.cut(),
             "the nut must be higher than its chamfers and a turn of the thread");
     require(fit.segments >= 12 && fit.nutSections() >= 12, "bolt and nut need twelve segments or more");
     require(fit.starts >= 1 && 4 * fit.starts <= fit.segments && 4 * fit.starts <= fit.nutSections(),

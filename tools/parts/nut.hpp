@@ -8,7 +8,8 @@
 namespace touchstone::app {
 
 /// Lengths in mm; those that are not given follow from the diameter, about as ISO 4014 has them. The bolt has the basic
-/// profile: flanks at 30° to the radial planes, crests an eighth and roots a quarter of the pitch wide. The nut has the
+/// profile: flanks at 30° to the radial planes, crests an eighth and roots a quarter of the pitch wide; with another
+/// flank or depth the roots take what is left. The nut has the
 /// same profile, moved outward by the clearance on crests, roots and flanks alike, measured in a section along the
 /// axis. Each section lies on its profile; the bolt is inscribed between its sections and the nut circumscribed, so
 /// that they keep the clearance in any phase: with the default counts to 1 µm, and to 4 µm where the nut surrounds the
@@ -17,6 +18,8 @@ struct ThreadFit {
     double diameter = 16, pitch = 2;
     double clearance = 0.05;  ///< of the flanks, crests and roots
     double height = 8;        ///< of the nut, as ISO 4035 has it for M16
+    double flank = 30;        ///< degrees from the flanks to the radial planes; a square thread has nearly none
+    double depth = 0;         ///< from crest to root; 0: that of the basic profile
     bool left = false;        ///< a left-handed thread
     int starts = 1;           ///< threads side by side, each of which climbs by all their pitches in a turn
     int segments = 156;       ///< sections of the bolt around the axis
@@ -33,9 +36,13 @@ struct ThreadFit {
     double lead() const { return starts * pitch; }
     /// Height of the fundamental triangle, H.
     double triangle() const { return std::sqrt(3.0) / 2 * pitch; }
-    double minorDiameter() const { return diameter - 1.25 * triangle(); }
+    double cut() const { return depth > 0 ? depth : 0.625 * triangle(); }
+    double minorDiameter() const { return diameter - 2 * cut(); }
+    /// Half of what crest and flanks leave of the pitch.
+    double rootHalf() const { return pitch / 2 - pitch / 16 - cut() * std::tan(flankAngle()); }
+    double flankAngle() const { return flank * std::numbers::pi / 180; }
     /// From the middle of the nut's axial play to either end, and the turn that covers it, rad.
-    double play() const { return clearance / std::cos(std::numbers::pi / 6); }
+    double play() const { return clearance / std::cos(flankAngle()); }
     double playAngle() const { return 2 * std::numbers::pi * play() / lead(); }
 };
 
