@@ -37,6 +37,7 @@ void printJson(const sandbox::HapticScene& scene, const sandbox::FitCheck& fit) 
     const auto& [raised, turned] = fit.free;
     if (raised) json["fits_when"]["raised_mm"] = *raised;
     if (turned) json["fits_when"]["turned_rad"] = turned->turn;
+    if (fit.thread) json["thread_rise"] = {{"least", fit.thread->least}, {"most", fit.thread->most}};
     json["error_mm"] = fit.error;
     json["geometry"] = fit.spheres ? "spheres" : "mesh";
     json["settings"] = ordered_json::object();
@@ -58,6 +59,7 @@ void print(const sandbox::HapticScene& scene, const sandbox::FitCheck& fit) {
     }
     std::printf("  %-18s %9.4f mm, %s\n", "taken from it", fit.error,
                 fit.spheres ? "by which the sphere trees protrude" : "the contact distance between meshes");
+    if (fit.thread) std::printf("  thread: %s\n", sandbox::facetClause(*fit.thread).c_str());
     for (const auto& [key, value] : fit.advice) std::printf("  take --set %s=%s\n", key.c_str(), value.c_str());
 }
 
@@ -86,7 +88,7 @@ constexpr const char* kFitFooter =
     "Measures the clearance between the meshes at the goal and on the way in, or along the demonstration where there\n"
     "is no goal: the largest that the tool finds by moving up to 1 mm (4 % of the reach of a smaller tool), and at\n"
     "the goal within its tolerance. A goal inside an obstacle is named, with the turn or the height at which the tool\n"
-    "fits.\n\n"
+    "fits. For a thread, how steeply its facets rise: where that is less than the lead, friction holds it sooner.\n\n"
     "Examples:\n"
     "  touchstone fit peg-h7                      0.01 mm, and what the contact distance leaves of it\n"
     "  touchstone fit spline-01 --geometry spheres  whether sphere trees are fine enough\n\n"

@@ -341,6 +341,10 @@ std::optional<FitCheck> checkFit(const FitQuestion& question, const Settings& se
         if (!go()) return {};
     }
     judge(question, settings, fit);
+    if (goal && question.facets && fit.fits() && !fit.spheres) {
+        fit.thread = threadLead(world, *goal, [&](double) { return go(); });
+        if (!go()) return {};
+    }
     return fit;
 }
 
@@ -372,7 +376,9 @@ std::string stuckSentence(const HapticScene& scene, const TickRecord& last, cons
         sentence += text(", so turn it back by %.2f rad", 2 * std::numbers::pi * above / -std::abs(goal->lead));
     if (!why) return sentence;
     try {
-        const std::optional<FitCheck> fit = checkFit(fitQuestion(scene), settings);
+        FitQuestion question = fitQuestion(scene);
+        question.facets = false;
+        const std::optional<FitCheck> fit = checkFit(question, settings);
         if (!fit->fits()) return sentence + ": " + fit->cause;
         if (fit->least && tilt > 0.005)
             return sentence + text(": it fits with %s to spare when it is upright, so right it before pressing on",

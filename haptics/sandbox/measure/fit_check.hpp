@@ -10,6 +10,7 @@
 #include "haptics/loop/settings.hpp"
 #include "haptics/sandbox/measure/background.hpp"
 #include "haptics/sandbox/measure/goal_check.hpp"
+#include "haptics/sandbox/measure/thread_lead.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 
 namespace touchstone::sandbox {
@@ -30,14 +31,15 @@ struct FitRoom {
 double fitRange(const World& world);
 
 struct FitCheck {
-    std::vector<FitRoom> rooms;    ///< at the goal and on the way in, or along the demonstration
-    std::optional<FitRoom> goal;   ///< nothing without a goal
-    std::optional<FitRoom> least;  ///< nothing if all the rooms are fitRange()
-    FreePlaces free;               ///< beside a goal where the parts overlap
-    double error = 0;              ///< mm that the geometry of the settings takes from the room
-    bool spheres = false;          ///< the error is of sphere trees
-    std::string verdict;           ///< completes "the tool ..." to a sentence
-    std::string cause;             ///< why it does not fit, as a clause; empty if it does
+    std::vector<FitRoom> rooms;        ///< at the goal and on the way in, or along the demonstration
+    std::optional<FitRoom> goal;       ///< nothing without a goal
+    std::optional<FitRoom> least;      ///< nothing if all the rooms are fitRange()
+    FreePlaces free;                   ///< beside a goal where the parts overlap
+    std::optional<ThreadLead> thread;  ///< of a goal with a lead to which the tool fits, between meshes
+    double error = 0;                  ///< mm that the geometry of the settings takes from the room
+    bool spheres = false;              ///< the error is of sphere trees
+    std::string verdict;               ///< completes "the tool ..." to a sentence
+    std::string cause;                 ///< why it does not fit, as a clause; empty if it does
     std::vector<std::pair<std::string, std::string>> advice;  ///< settings to take instead, as setSetting() reads them
     bool fits() const { return !least || least->clearance > error; }
 };
@@ -47,6 +49,7 @@ struct FitQuestion {
     std::shared_ptr<const World> world;
     std::optional<GoalRegion> goal;
     std::shared_ptr<const Motion> demonstration;  ///< null if there is none; not used with a goal
+    bool facets = true;                           ///< whether those of a thread are measured, which takes seconds
 };
 /// Throws std::runtime_error with one sentence if the scene has no world, its parts are not closed, or nothing says
 /// where the tool should fit.

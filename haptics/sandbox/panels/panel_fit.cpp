@@ -20,6 +20,7 @@ bool drawFit(const Background<FitCheck>& fit, Settings& settings, PanelRequests&
     ImGui::TextWrapped("The tool %s.", found->verdict.c_str());
     if (!found->fits()) ImGui::PopStyleColor();
     engine::noteItem(items, "fit verdict");
+    if (found->thread) ImGui::TextWrapped("Thread: %s.", facetClause(*found->thread).c_str());
     if (found->advice.empty()) return false;
     std::string sets;
     bool taken = true;

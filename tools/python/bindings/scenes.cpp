@@ -63,6 +63,7 @@ py::dict fitOf(SceneHandle& handle, const std::optional<Settings>& given) {
     dict["verdict"] = fit->verdict;
     dict["goal"] = roomDict(*scene, fit->goal);
     dict["least"] = roomDict(*scene, fit->least);
+    dict["thread_rise"] = fit->thread ? py::cast(std::pair(fit->thread->least, fit->thread->most)) : py::none();
     dict["error_mm"] = fit->error;
     dict["geometry"] = fit->spheres ? "spheres" : "mesh";
     dict["settings"] = advice;
