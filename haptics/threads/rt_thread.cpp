@@ -12,8 +12,11 @@
 #include <x86intrin.h>
 #endif
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdio>
+#include <fstream>
 
 namespace touchstone {
 namespace {
@@ -89,7 +92,27 @@ std::string refusal(const RealTimeOptions& options, const RealTimeStatus& status
     return message.empty() ? message : message + ".";
 }
 
+/// Linux counts the time of real-time threads in periods of a second, and stops them for the rest of one in which they
+/// have used up their share, 950 ms by default.
+double realTimeShare() {
+    double runtime = -1, period = 1;
+    std::ifstream("/proc/sys/kernel/sched_rt_runtime_us") >> runtime;
+    std::ifstream("/proc/sys/kernel/sched_rt_period_us") >> period;
+    return runtime >= 0 && period > 0 ? std::min(1.0, runtime / period) : 1;
+}
+
 }  // namespace
+
+std::string throttlingWords(const RealTimeStatus& status) {
+    if (!status.scheduled || status.share >= 1) return {};
+    char text[320];
+    std::snprintf(text, sizeof text,
+                  "The kernel stops a real-time thread that has used %.0f ms of a second for the remaining %.0f ms, so "
+                  "ticks that fill their period end in such a pause. Lower the rate, or lift the limit as root: "
+                  "sysctl -w kernel.sched_rt_runtime_us=-1",
+                  1000 * status.share, 1000 * (1 - status.share));
+    return text;
+}
 
 RealTimeStatus raiseThread(const RealTimeOptions& options) {
     RealTimeStatus status;
@@ -105,6 +128,7 @@ RealTimeStatus raiseThread(const RealTimeOptions& options) {
         const sched_param parameter{.sched_priority = options.priority};
         status.scheduled = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter) == 0;
         status.locked = lockMemory();
+        status.share = realTimeShare();
     }
     touchStack();
     status.message = refusal(options, status);

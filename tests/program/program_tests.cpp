@@ -41,7 +41,9 @@ TEST_CASE("program: a headless run writes a complete report, and reproduces its 
     Answer answer = touchstone(run + " --ticks " + touchstone.file("ticks.csv"));
     INFO(answer.err);
     REQUIRE(answer.code == 0);
-    CHECK_THAT(answer.out, Contains("expected outcome: met"));
+    // Three lines for people, and all with --verbose.
+    CHECK_THAT(answer.out, Contains("expected outcome: met") && Contains("force up to ") && !Contains("p99.9"));
+    CHECK(std::count(answer.out.begin(), answer.out.end(), '\n') == 3);
     const json report = json::parse(textOf(touchstone.file("report.json")));
     CHECK(report.at("scene") == "press");
     CHECK(report.at("mode") == "default");
@@ -62,8 +64,10 @@ TEST_CASE("program: a headless run writes a complete report, and reproduces its 
     }
     CHECK(lines == 801);
 
-    answer = touchstone(run + " --shadow none");
+    answer = touchstone(run + " --shadow none --verbose");
     CHECK(answer.code == 0);
+    CHECK_THAT(answer.out, Contains("p99.9") && Contains("hash " + report.at("hash").get<std::string>()) &&
+                               Contains("ok    max_penetration_mm"));
     const json again = json::parse(textOf(touchstone.file("report.json")));
     CHECK(again.at("hash") == report.at("hash"));
     CHECK(again.at("shadow") == "none");
@@ -89,7 +93,7 @@ TEST_CASE("program: an outcome that is not met ends with 3 and says which", "[pr
     const Program touchstone;
     const Answer answer = touchstone("run " + pressFile(touchstone, {{"min_peak_force_N", 100}}) + " --headless");
     CHECK(answer.code == 3);
-    CHECK_THAT(answer.out, Contains("NOT MET") && Contains("min_peak_force_N"));
+    CHECK_THAT(answer.out, Contains("NOT MET") && Contains("min_peak_force_N") && !Contains("  ok "));
 }
 
 TEST_CASE("program: the command line overrides the scene, --set overrides all, and paper mode sets its solver",
@@ -112,6 +116,18 @@ TEST_CASE("program: the command line overrides the scene, --set overrides all, a
     CHECK(settings.at("margin") == "0.6");
     CHECK(settings.at("trust") == "0.3");
     CHECK(settings.at("rate") == "1000");
+    // Every setting is an option of its own.
+    settings = settingsOf("--margin 0.6 --stiffness 2 --adaptive_margin off");
+    CHECK(settings.at("margin") == "0.6");
+    CHECK(settings.at("stiffness") == "2");
+    CHECK(settings.at("adaptive_margin") == "off");
+    CHECK(settingsOf("--stiffness 2 --set stiffness=0.5").at("stiffness") == "0.5");
+    for (const SettingInfo& info : settingTable()) {
+        INFO(info.key);
+        const Answer wrong = touchstone("run press --headless --" + std::string(info.key) + " ?");
+        CHECK(wrong.code == 2);
+        CHECK_THAT(wrong.err, Contains(std::string(info.key)) && !Contains("not expected"));
+    }
     settings = settingsOf("--mode paper");
     CHECK(settings.at("solver") == "pqp");
     CHECK(settings.at("shadow") == "none");
@@ -225,7 +241,7 @@ TEST_CASE("program: what was repaired in a mesh is said by validate, run, its re
     engine::writeGltf(made, file);
     const auto said = Contains("node 1 \"slab\" was repaired: 12 duplicates dropped");
     CHECK_THAT(touchstone("validate " + file).out, said && !Contains("cube\" was repaired"));
-    CHECK_THAT(touchstone("run " + file + " --headless --report " + report).out, said);
+    CHECK_THAT(touchstone("run " + file + " --headless --verbose --report " + report).out, said);
     const json repairs = json::parse(textOf(report)).at("repairs");
     REQUIRE(repairs.size() == 1);
     CHECK_THAT(repairs[0].get<std::string>(), said);
@@ -355,6 +371,25 @@ TEST_CASE("program: doctor examines every part", "[program]") {
                              "bunny", "scenes", "cache"})
         CHECK_THAT(answer.out, Contains(what));
     CHECK(answer.err.empty());
+    double runtime = -1, period = 1;  // µs in which real-time threads may use a processor, of how many
+    std::ifstream("/proc/sys/kernel/sched_rt_runtime_us") >> runtime;
+    std::ifstream("/proc/sys/kernel/sched_rt_period_us") >> period;
+    const bool throttled = answer.out.find("SCHED_FIFO and locked memory are allowed") != std::string::npos &&
+                           runtime >= 0 && runtime < period;
+    CHECK((answer.out.find("kernel.sched_rt_runtime_us=-1") != std::string::npos) == throttled);
+
+    // Wrapped to the terminal, without a word lost.
+    const Answer narrow = touchstone("doctor", "COLUMNS=80");
+    std::istringstream lines(narrow.out), words(narrow.out), same(answer.out);
+    int continued = 0;
+    for (std::string line; std::getline(lines, line);) {
+        INFO(line);
+        const auto width = std::count_if(line.begin(), line.end(), [](char c) { return (c & 0xC0) != 0x80; });
+        CHECK((width <= 80 || line.find(' ', 18) == std::string::npos));  // a path is not broken
+        continued += line.rfind(std::string(18, ' '), 0) == 0;
+    }
+    CHECK(continued > 5);
+    CHECK(std::equal(std::istream_iterator<std::string>(words), {}, std::istream_iterator<std::string>(same), {}));
 }
 
 TEST_CASE("program: a scene in millimeters is asked about, and new scales it", "[program]") {
@@ -511,7 +546,8 @@ TEST_CASE("program: a picture needs no display, and shows the largest force unle
     (*clear.registry.get<engine::NodeMarking>(clear.nodes[0]).extras)["touchstone"].erase("outcome");
     engine::writeGltf(clear, touchstone.file("clear.glb"));
     CHECK_THAT(pictureOf(touchstone.file("clear.glb")).first,
-               Contains("picture at 0.800 s, the last tick, since the tool touched nothing: "));
+               Contains("  the tool touched nothing;") && !Contains("force up to") &&
+                   Contains("picture at 0.800 s, the last tick, since the tool touched nothing: "));
 }
 
 TEST_CASE("program: without a demonstration the tool rests at its start, and each refusal names a device that works",

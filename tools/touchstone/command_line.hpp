@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/math/numbers.hpp"
 #include "tools/touchstone/commands.hpp"
 
@@ -47,9 +48,19 @@ inline void addUiScale(CLI::App& command, std::optional<float>& scale) {
         ->check(within(0.5, 4));
 }
 
-/// KEY=VALUE, any number of times.
+/// --set KEY=VALUE, any number of times, and --KEY VALUE, which the help does not list, for every setting that has no
+/// option of its own yet.
 inline void addSet(CLI::App& command, std::vector<std::string>& set, const char* help) {
     command.add_option("--set", set, help)->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    for (const SettingInfo& info : settingTable()) {
+        const std::string key(info.key);
+        if (command.get_option_no_throw("--" + key)) continue;
+        // CLI11 goes through the options in their order, so those of --set are there by then; they come last and win.
+        command
+            .add_option_function<std::string>(
+                "--" + key, [&set, key](const std::string& value) { set.insert(set.begin(), key + "=" + value); }, "")
+            ->group("");
+    }
 }
 
 /// Where the scenes of recordings are.

@@ -416,7 +416,7 @@ void addCompare(CLI::App& program, Action& action) {
     command->add_option("--seconds", options->seconds, "duration (default: until the motion ends)")
         ->check(durationInSeconds());
     command->add_option("--tolerance", options->tolerance, kToleranceHelp);
-    addSet(*command, options->set, "KEY=VALUE: set one setting by name, in every run");
+    addSet(*command, options->set, "KEY=VALUE: set one setting by name, as --KEY VALUE does, in every run");
     command->add_option("--runs", options->runs, "timed runs of each case; the median of each tick is reported")
         ->check(within(1, 1000))
         ->capture_default_str();

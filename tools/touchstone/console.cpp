@@ -1,6 +1,7 @@
 #include "tools/touchstone/console.hpp"
 
 #include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -146,6 +147,34 @@ std::string programAsTyped() {
     const fs::path relative = fs::proximate(program, error);
     if (error || relative.empty() || *relative.begin() == "..") return sandbox::shellQuoted(program.string());
     return sandbox::shellQuoted((relative.has_parent_path() ? relative : "." / relative).string());
+}
+
+std::string wrapped(const std::string& text, std::size_t indent) {
+    constexpr std::size_t kLeast = 40;  // characters: a narrower column is harder to read than a line that is cut
+    winsize size{};
+    std::size_t columns = 0;
+    if (const char* given = std::getenv("COLUMNS"))
+        columns = static_cast<std::size_t>(std::max(0, std::atoi(given)));
+    else if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0)
+        columns = size.ws_col;
+    if (columns < indent + kLeast) return text;
+    std::string out;
+    std::size_t used = 0;
+    std::istringstream words(text);
+    for (std::string word; words >> word;) {
+        const auto length = static_cast<std::size_t>(
+            std::count_if(word.begin(), word.end(), [](char c) { return (c & 0xC0) != 0x80; }));  // of UTF-8
+        if (used > 0 && indent + used + 1 + length > columns) {
+            out += '\n' + std::string(indent, ' ');
+            used = 0;
+        } else if (used > 0) {
+            out += ' ';
+            ++used;
+        }
+        out += word;
+        used += length;
+    }
+    return out;
 }
 
 void requireDisplay() {

@@ -13,6 +13,7 @@
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/command_line.hpp"
+#include "tools/touchstone/console.hpp"
 #include "tools/touchstone/scene_path.hpp"
 
 namespace touchstone::app {
@@ -29,12 +30,13 @@ constexpr const char* kBunny = "/usr/share/glmark2/models/bunny.obj";
 
 enum class State { Works, Limited, Fails };
 
-/// Prints one line per finding and remembers whether anything failed.
+/// Prints each finding, wrapped to the terminal, and remembers whether anything failed.
 class Examination {
   public:
     void say(const char* what, State state, const std::string& text) {
         constexpr const char* kMarks[] = {"ok", "note", "FAILS"};
-        std::printf("%-10s %-5s  %s\n", what, kMarks[static_cast<int>(state)], text.c_str());
+        constexpr std::size_t kIndent = 18;
+        std::printf("%-10s %-5s  %s\n", what, kMarks[static_cast<int>(state)], wrapped(text, kIndent).c_str());
         failed_ = failed_ || state == State::Fails;
     }
     bool failed() const { return failed_; }
@@ -81,6 +83,8 @@ void examineScheduling(Examination& examination) {
         examination.say("scheduling", State::Works, "SCHED_FIFO and locked memory are allowed");
     else
         examination.say("scheduling", State::Limited, status.message);
+    if (const std::string words = throttlingWords(status); !words.empty())
+        examination.say("throttling", State::Limited, words);
 }
 
 void examineGraphics(Examination& examination) {

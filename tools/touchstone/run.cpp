@@ -43,6 +43,7 @@ struct RunOptions {
     std::string scene;  ///< empty: the recorded scene of a replay, else kFirstScene
     bool headless = false;
     bool paced = false;
+    bool verbose = false;
     std::optional<double> seconds;
     std::string device;  ///< empty: defaultDevice()
     SettingsChoice settings;
@@ -213,7 +214,7 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     sandbox::HeadlessRun run = sandbox::runHeadless(scene, settings, headless);
     headless.onProgress = nullptr;  // clears its line
     run.report.stuck = sandbox::stuckSentence(scene, run.last, run.settings);
-    printReport(run.report);
+    printReport(run.report, options.verbose);
     if (problems && outputs.good(kProblems)) outputs.write(kProblems, [&] { problems->close(); });
     if (table && outputs.good(kTicks)) outputs.write(kTicks, [&] { table->close(); });
     if (!options.report.empty()) outputs.write("report", [&] { writeReport(run.report, options.report); });
@@ -342,6 +343,7 @@ int runScene(const RunOptions& options) {
     if (options.headless && !options.select.empty()) throw UsageError("--select needs a window: leave out --headless");
     if (options.headless && options.uiScale) throw UsageError("--ui-scale needs a window: leave out --headless");
     if (options.headless) return runHeadless(options, file);
+    if (options.verbose) throw UsageError("--verbose needs a headless run: add --headless");
     if (options.paced) throw UsageError("--paced needs a headless run: add --headless");
     if (!options.dumpQp.empty()) throw UsageError("--dump-qp needs a headless run: add --headless");
     if (!options.sweep.empty() && !options.seconds)
@@ -367,7 +369,8 @@ void printSettings() {
 }
 
 constexpr const char* kRunFooter =
-    "Settings come from the defaults, then the scene, then --mode, --solver and the like, then --set.\n\n"
+    "Settings come from the defaults, then the scene, then --mode, --solver and the like, then --set. Every key of\n"
+    "--help-settings is also an option: --stiffness 2 is --set stiffness=2.\n\n"
     "Examples:\n"
     "  touchstone run bunnies\n"
     "  touchstone run spline --headless --report spline.json\n"
@@ -415,7 +418,11 @@ void addRun(CLI::App& program, Action& action) {
     run->add_option("--shadow", settings.shadow, "second solver, measured on the same rows: one of these, or none");
     run->add_option("--tolerance", settings.tolerance, kToleranceHelp);
     run->add_option("--rate", settings.rate, "ticks per second");
-    addSet(*run, settings.set, "KEY=VALUE: set one setting by name; overrides every other option");
+    addSet(*run, settings.set, "KEY=VALUE: set one setting by name, as --KEY VALUE does; overrides every other option");
+    run->add_flag(
+        "--verbose", options->verbose,
+        "headless: print all measurements, not a summary: times of each stage, friction, repairs, checks, the hash "
+        "of the results");
     run->add_option("--report", options->report, "write the measurements to a JSON file");
     run->add_option("--ticks", options->ticks, "write every tick to a CSV file");
     run->add_option("--record", options->record,

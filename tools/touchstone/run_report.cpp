@@ -14,18 +14,29 @@
 namespace touchstone::app {
 namespace {
 
+bool touched(const sandbox::Report& report) {
+    return report.force > 0 || report.torque > 0 || report.penetration.max.value_or(0) > 0;
+}
+
 void printPercentiles(const char* what, const Percentiles& values, const char* unit) {
     if (values.p50)
         std::printf("  %-12s %10.2f median %10.2f p99 %10.2f p99.9 %10.2f worst  %s\n", what, *values.p50, *values.p99,
                     *values.p999, *values.max, unit);
 }
 
-}  // namespace
+/// What was touched, how deep, and how long ticks took.
+void printSummary(const sandbox::Report& report) {
+    if (!touched(report))
+        std::printf("  the tool touched nothing");
+    else
+        std::printf("  force up to %.2f N, torque up to %.1f mN·m, penetration up to %.6f mm", report.force,
+                    report.torque, report.penetration.max.value_or(0));
+    if (report.stepUs.p50) std::printf("; step %.1f µs median, %.0f worst", *report.stepUs.p50, *report.stepUs.max);
+    std::printf("\n");
+}
 
-void printReport(const sandbox::Report& report) {
-    std::printf("%s: %s mode, solver %s, shadow %s, %llu ticks at %g Hz\n", engine::escaped(report.scene).c_str(),
-                report.mode.c_str(), report.solver.c_str(), report.shadow.c_str(),
-                static_cast<unsigned long long>(report.ticks), report.rate);
+/// Every figure of the ticks.
+void printFigures(const sandbox::Report& report) {
     printPercentiles("step", report.stepUs, "µs");
     printPercentiles("collision", report.collisionUs, "µs");
     printPercentiles("solve", report.solveUs, "µs");
@@ -46,10 +57,26 @@ void printReport(const sandbox::Report& report) {
             static_cast<unsigned long long>(friction.soft), static_cast<unsigned long long>(friction.held),
             static_cast<unsigned long long>(friction.replaced), static_cast<unsigned long long>(friction.stages[0]),
             static_cast<unsigned long long>(friction.stages[1]), static_cast<unsigned long long>(friction.stages[2]));
-    std::printf("  rows up to %.0f, force up to %.2f N, torque up to %.1f mN·m\n", report.rows.max.value_or(0),
-                report.force, report.torque);
-    std::printf("  penetration up to %.6f mm, hover up to %.4f mm\n", report.penetration.max.value_or(0),
-                report.hover.max.value_or(0));
+    if (touched(report))
+        std::printf(
+            "  rows up to %.0f, force up to %.2f N, torque up to %.1f mN·m\n  penetration up to %.6f mm, hover up to "
+            "%.4f mm\n",
+            report.rows.max.value_or(0), report.force, report.torque, report.penetration.max.value_or(0),
+            report.hover.max.value_or(0));
+    else
+        std::printf("  the tool touched nothing\n");
+}
+
+}  // namespace
+
+void printReport(const sandbox::Report& report, bool verbose) {
+    std::printf("%s: %s mode, solver %s, shadow %s, %llu ticks at %g Hz\n", engine::escaped(report.scene).c_str(),
+                report.mode.c_str(), report.solver.c_str(), report.shadow.c_str(),
+                static_cast<unsigned long long>(report.ticks), report.rate);
+    if (verbose)
+        printFigures(report);
+    else
+        printSummary(report);
     if (!report.gauge.empty())
         std::printf("  %s: %.3f mm maximum, %.3f mm at the end\n", report.gauge.c_str(), report.depth.deepest,
                     report.depth.last);
@@ -69,8 +96,9 @@ void printReport(const sandbox::Report& report) {
             "inside, "
             "and feels it once it is out\n",
             static_cast<unsigned long long>(report.overlapping));
-    for (const auto& sentences : {report.bySpheres, report.repairs})
-        for (const std::string& sentence : sentences) std::printf("  %s\n", sentence.c_str());
+    for (const std::string& sentence : report.bySpheres) std::printf("  %s\n", sentence.c_str());
+    if (verbose)
+        for (const std::string& sentence : report.repairs) std::printf("  %s\n", sentence.c_str());
     if (report.ended == "limit")
         std::printf(
             "  ended after %g s of simulated time, because the device had not ended; --seconds sets another limit\n",
@@ -87,7 +115,7 @@ void printReport(const sandbox::Report& report) {
     if (report.overruns)
         std::printf("  %llu ticks ended late, %llu were not recorded\n",
                     static_cast<unsigned long long>(*report.overruns), static_cast<unsigned long long>(report.dropped));
-    std::printf("  hash %s\n", toJson(report).at("hash").get<std::string>().c_str());
+    if (verbose) std::printf("  hash %s\n", toJson(report).at("hash").get<std::string>().c_str());
     if (report.checks.empty() && report.checksLeft == 0) return;
     std::printf("  expected outcome: %s\n", !report.met() ? "NOT MET"
                                             : report.checksLeft > 0 || report.ended.starts_with("SIG")
@@ -95,8 +123,9 @@ void printReport(const sandbox::Report& report) {
                                                   "of the demonstration; met so far"
                                                 : "met");
     for (const sandbox::OutcomeCheck& check : report.checks)
-        std::printf("    %-5s %-22s limit %-10g was %g\n", check.met ? "ok" : "UNMET", check.name.c_str(), check.limit,
-                    check.value);
+        if (verbose || !check.met)
+            std::printf("    %-5s %-22s limit %-10g was %g\n", check.met ? "ok" : "UNMET", check.name.c_str(),
+                        check.limit, check.value);
 }
 
 void writeReport(const sandbox::Report& report, const std::filesystem::path& file) {

@@ -13,8 +13,9 @@
 
 namespace touchstone::app {
 
-/// Prints the report in readable form on the output stream.
-void printReport(const sandbox::Report& report);
+/// Prints the report on the output stream: what a user asks first, in about three lines, and what is out of the
+/// ordinary; `verbose`: all of it.
+void printReport(const sandbox::Report& report, bool verbose);
 
 /// Writes the report as JSON. Throws std::runtime_error when the file cannot be written.
 void writeReport(const sandbox::Report& report, const std::filesystem::path& file);
