@@ -60,4 +60,9 @@ std::string words(const RepairedMesh& body) {
     return text;
 }
 
+bool changedSurface(const RepairedMesh& body) {
+    const MeshRepairs& repairs = body.repairs;
+    return repairs.joined + repairs.stitched + repairs.turned > 0 || !body.closedHoles.empty() || !body.loose.empty();
+}
+
 }  // namespace touchstone

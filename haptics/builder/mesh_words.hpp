@@ -13,5 +13,8 @@ std::string words(const MeshDefects& defects);
 /// What a repair changed: "12 corners joined, 340 corners set into edges (by up to 0.0017 mm), 100 triangles without
 /// area dropped, 1 hole closed: 4.2 mm across at (0.0, 3.1, 12.0) mm"; empty if nothing.
 std::string words(const RepairedMesh& body);
+/// Whether a repair changed the surface that is touched: moved corners, turned over triangles, closed holes or left out
+/// loose sheets. Dropping copies, triangles without area or those inside the part does not.
+bool changedSurface(const RepairedMesh& body);
 
 }  // namespace touchstone

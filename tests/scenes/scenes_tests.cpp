@@ -141,7 +141,7 @@ TEST_CASE("scenes: with the faults of other programs' exports each still meets i
         INFO(name);
         const sandbox::HapticScene opened = openBundled(file);
         REQUIRE(opened.world->hasMeshes(0));
-        CHECK_FALSE(repairSentences(opened).empty());
+        CHECK_FALSE(reshapedSentences(opened).empty());
         checkOutcome(sandbox::runHeadless(opened, opened.settings, untimed()).report);
     }
 }

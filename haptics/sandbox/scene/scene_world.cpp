@@ -62,6 +62,7 @@ class PartMaker {
     struct Shape {
         std::shared_ptr<const Surface> surface;  ///< null if the mesh is not closed
         std::string defects, repairs;            ///< as in HapticScene
+        bool reshaped = false;                   ///< as in HapticScene
     };
     Shape shape(Entity node) {
         const TriangleMesh mesh = meshOf(node);
@@ -70,6 +71,7 @@ class PartMaker {
         if (!isNew) return made->second;
         const RepairedMesh body = repairMesh(mesh);
         made->second.repairs = words(body);
+        made->second.reshaped = changedSurface(body);
         if (!body.closed()) {
             made->second.defects = words(defectsOf(body));
             return made->second;
@@ -194,6 +196,7 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Setting
         PartMaker::Shape shape = parts.shape(node);
         made.defects.push_back(std::move(shape.defects));
         made.repairs.push_back(std::move(shape.repairs));
+        made.reshaped.push_back(shape.reshaped);
         const auto& body = scene.registry.get<BodyMarking>(node);
         return Part{.surface = std::move(shape.surface), .prefersSpheres = body.spheres, .material = materialOf(body)};
     };
@@ -317,6 +320,13 @@ std::vector<std::string> repairSentences(const HapticScene& scene) {
     return sentences;
 }
 
+std::vector<std::string> reshapedSentences(const HapticScene& scene) {
+    std::vector<std::string> sentences;
+    for (std::size_t body = 0; body < scene.repairs.size(); ++body)
+        if (scene.reshaped[body]) sentences.push_back(labelOf(scene, body) + " was repaired: " + scene.repairs[body]);
+    return sentences;
+}
+
 std::string sceneName(const HapticScene& scene) {
     return scene.scene.file.empty() ? scene.scene.name : scene.scene.file.stem().string();
 }
@@ -340,6 +350,7 @@ HapticScene assembled(Scene scene, const SceneOptions& options) {
     opened.motions = std::move(built.motions);
     opened.defects = std::move(built.defects);
     opened.repairs = std::move(built.repairs);
+    opened.reshaped = std::move(built.reshaped);
     opened.unit = std::move(built.unit);
     if (!opened.motions.empty()) opened.demonstration = opened.motions.front().motion;
     opened.warnings.insert(opened.warnings.end(), built.warnings.begin(), built.warnings.end());

@@ -51,6 +51,7 @@ struct SceneWorld {
     std::vector<NamedMotion> motions;   ///< in file order; the first one is the demonstration
     std::vector<std::string> defects;   ///< as in HapticScene
     std::vector<std::string> repairs;   ///< as in HapticScene
+    std::vector<bool> reshaped;         ///< as in HapticScene
     std::optional<UnitQuestion> unit;   ///< as in HapticScene
     std::vector<std::string> warnings;  ///< unusual sizes, holes in a surface, ignored animations
 };
@@ -76,6 +77,7 @@ struct HapticScene {
     /// it can.
     std::vector<std::string> defects;
     std::vector<std::string> repairs;   ///< by body: what the repair of its mesh changed, in words; empty if nothing
+    std::vector<bool> reshaped;         ///< by body: whether that changed the surface that is touched
     std::optional<UnitQuestion> unit;   ///< what to ask if the sizes of the parts suggest a wrong unit
     std::string missing;                ///< one sentence: which roles are missing; empty if the scene is complete
     std::vector<std::string> warnings;  ///< from the file, the roles and the world
@@ -108,6 +110,8 @@ bool touchedBySpheres(const World& world, std::size_t body, Geometry geometry);
 std::vector<std::string> touchedBySpheres(const HapticScene& scene, const Settings& settings);
 /// One sentence for each part whose mesh was repaired: which part, and what changed.
 std::vector<std::string> repairSentences(const HapticScene& scene);
+/// Those of them about parts whose surface that changed, which a user feels.
+std::vector<std::string> reshapedSentences(const HapticScene& scene);
 
 /// Name of the scene in reports: the file's without folder and extension; without a file, that of the glTF scene.
 std::string sceneName(const HapticScene& scene);

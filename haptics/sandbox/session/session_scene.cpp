@@ -179,7 +179,7 @@ void LiveSession::takeOpened() {
         }
         const Shown next{ready->request, ready->scene, ready->scene->world};
         for (const std::string& warning : next.scene->warnings) log_.say(Message::Kind::Warning, warning);
-        for (const std::string& sentence : repairSentences(*next.scene)) log_.say(Message::Kind::Note, sentence);
+        for (const std::string& sentence : reshapedSentences(*next.scene)) log_.say(Message::Kind::Note, sentence);
         try {
             const Settings settings = next.request.settings ? *next.request.settings
                                       : options_.adjust     ? options_.adjust(next.scene->settings)

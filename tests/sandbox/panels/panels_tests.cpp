@@ -290,6 +290,7 @@ TEST_CASE("inspector: the page of a part says what was repaired in its mesh", "[
     bench.frame([&] { drawInspector(scene, Geometry::Mesh, scene.roles.obstacles[0], state, requests, &bench.items); });
     CHECK(bench.items.count("repairs") == (twice ? 1 : 0));
     CHECK(repairSentences(scene).size() == (twice ? 1 : 0));
+    CHECK(reshapedSentences(scene).empty());  // copies change no surface, so opening the scene says nothing
 }
 
 TEST_CASE("inspector: a typed place moves the node there, in mm and degrees", "[panels]") {
