@@ -11,6 +11,7 @@
 
 #include "engine/view/image_file.hpp"
 #include "haptics/device/emergency_stop.hpp"
+#include "haptics/sandbox/session/device_choice.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -115,6 +116,8 @@ int App::run() {
 void App::noteStuck() {
     if (!session_.running() || !viewed_ || !viewed_->roles.goal) return;
     const TickRecord& record = session_.snapshot()->record;
+    // A motion may rest against a part on its way.
+    if (traitsOf(session_.device().choice).followsMotion && !session_.snapshot()->finished) return;
     if (!stuck_.add(*viewed_->roles.goal, record, 1e-6 * double(steadyNanoseconds()))) return;
     const std::string sentence = stuckSentence(*viewed_, record, session_.settings(), false);
     if (sentence.empty()) return;

@@ -372,6 +372,26 @@ TEST_CASE("window: a demonstration is recorded by hand, replayed, undone, and sa
     CHECK((again.roles.goal->X_WT.p - end.p).norm() < 0.1);
 }
 
+TEST_CASE("window: a demonstration that presses on its way is not called stuck, unless it ends so", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    engine::Scene scene = holdScene();
+    scene.animations[0] =
+        translation(scene.nodes[0], {0, 0.2, 3}, {{0, 0.015, 0, 0}, {0, 0.008, 0, 0}, {0, 0.008, 0, 0}});
+    setExtras(scene, addNode(scene, "elsewhere", {}, {.translation = {0.05, 0, 0}}),
+              {{"touchstone", {{"role", "goal"}, {"goal", {{"tolerance_m", 0.001}}}}}});
+    updateWorldTransforms(scene);
+    writeGltf(scene, folder.path() / "press.glb");
+    const auto isCalledStuck = [](WindowFrame& frame) {
+        const auto& messages = frame.session.log().messages();
+        return std::any_of(messages.begin(), messages.end(),
+                           [](const Message& m) { return m.text.find("stuck") != std::string::npos; });
+    };
+    User user;
+    user.until(isAtRest).doing([&](WindowFrame& frame) { CHECK_FALSE(isCalledStuck(frame)); }).until(isCalledStuck);
+    CHECK(user.use(optionsFor(folder.path() / "press.glb")));
+}
+
 TEST_CASE("window: undo takes back a recorded demonstration, and the page of the goal edits its tolerance", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;
