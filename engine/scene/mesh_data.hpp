@@ -44,6 +44,7 @@ struct Material {
     float alphaCutoff = 0.5f;  ///< of AlphaMode::Mask
 
     std::array<int, 4> textures() const { return {texture, metallicRoughnessTexture, normalTexture, emissiveTexture}; }
+    friend bool operator==(const Material&, const Material&) = default;
 };
 
 /// The grid to which a file rounded its coordinates, in their unit: a power of ten, or the step of a normalized

@@ -20,6 +20,7 @@ struct OrbitCamera {
     float distance = 1;
     float yaw = 0, pitch = 0;  ///< radians; |pitch| stays below a right angle
     float fovY = 0.7f;         ///< vertical field of view, radians
+    friend bool operator==(const OrbitCamera&, const OrbitCamera&) = default;
 
     /// Orbits about the target: positive yaw turns the visible scene to the right, positive pitch raises the eye.
     /// Radians.

@@ -129,6 +129,13 @@ std::string glDescription() {
     return "OpenGL " + std::to_string(version / 10) + "." + std::to_string(version % 10) + ", " + text(GL_RENDERER);
 }
 
+bool drawsInSoftware() {
+    const std::string renderer = glDescription();
+    constexpr std::array kSoftware{"llvmpipe", "softpipe", "swrast", "SwiftShader", "Software Rasterizer"};
+    return std::any_of(kSoftware.begin(), kSoftware.end(),
+                       [&](const char* name) { return renderer.find(name) != std::string::npos; });
+}
+
 Image readPixels(int width, int height) {
     Image image{width, height, std::vector<std::uint8_t>(4 * static_cast<std::size_t>(width) * height)};
     glPixelStorei(GL_PACK_ALIGNMENT, 1);

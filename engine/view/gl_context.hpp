@@ -32,6 +32,8 @@ void releaseCurrentContext();
 
 /// Version and renderer of the current context, e.g. "OpenGL 4.5, llvmpipe (LLVM 15.0.6)".
 std::string glDescription();
+/// Whether the current context draws on the processor, as Mesa's llvmpipe does, and not on a graphics card.
+bool drawsInSoftware();
 
 /// Reads width x height pixels, lower-left corner at the origin, from the read buffer of the bound read framebuffer
 /// and turns them top row first. Alpha is set to 255.

@@ -29,7 +29,7 @@ glm::mat3 studioRig(const OrbitCamera& camera) {
 
 }  // namespace
 
-Renderer::Impl::Impl(int samples) : target(samples) {
+Renderer::Impl::Impl(int samples) : fullTarget(samples) {
     glBindVertexArray(spheres.array.id());
     glBindBuffer(GL_ARRAY_BUFFER, spheres.stream.id());
     attribute(0, 3, sizeof(Sphere), offsetof(Sphere, center), 1);
@@ -68,7 +68,7 @@ void Renderer::Impl::begin(const ShaderProgram& program) const {
     program.set("eye", eye);
     program.set("rig", rig);
     program.set("viewport", size);
-    program.set("pixelScale", frame->pixelScale);
+    program.set("pixelScale", pixelScale);
     program.set("section", frame->section.value_or(glm::vec4(0, 0, 0, 1)));
     program.set("keyDirection", kKeyDirection);
     const glm::mat4 toMap = glm::translate(glm::mat4(1), glm::vec3(0.5f)) * glm::scale(glm::mat4(1), glm::vec3(0.5f));
@@ -87,7 +87,9 @@ void Renderer::Impl::drawQuad(GLenum mode, GLsizei vertices) {
 
 void Renderer::Impl::draw(const Frame& toDraw, int width, int height) {
     frame = &toDraw;
-    size = {width, height};
+    drawn = frame->detail;
+    size = drawn == Detail::Draft ? glm::max(glm::vec2(width / 2, height / 2), 1.0f) : glm::vec2(width, height);
+    pixelScale = frame->pixelScale * size.y / static_cast<float>(height);
     viewProjection = frame->camera.projection(size.x / size.y) * frame->camera.view();
     eye = frame->camera.eye();
     rig = studioRig(frame->camera);
@@ -109,7 +111,7 @@ void Renderer::Impl::draw(const Frame& toDraw, int width, int height) {
     glDepthFunc(GL_LESS);
 
     drawShadows();
-    target.begin(width, height);
+    target().begin(static_cast<int>(size.x), static_cast<int>(size.y));
     glClear(GL_DEPTH_BUFFER_BIT);
     drawBackground(frame->background);
     glEnable(GL_DEPTH_TEST);
@@ -136,7 +138,7 @@ void Renderer::Impl::draw(const Frame& toDraw, int width, int height) {
     drawLabels();
     glBindVertexArray(0);
     glUseProgram(0);
-    target.resolve();
+    target().resolve();
     frame = nullptr;
 }
 
@@ -213,14 +215,14 @@ void Renderer::Impl::drawLines(float opacity) {
 
 void Renderer::Impl::drawLabels() {
     if (frame->labels.empty()) return;
-    if (!font || font->pixelScale() != frame->pixelScale) font = std::make_unique<LabelFont>(frame->pixelScale);
+    if (!font || font->pixelScale() != pixelScale) font = std::make_unique<LabelFont>(pixelScale);
     std::vector<Glyph> all;
     std::vector<glm::vec4> taken;
     for (const Label& text : frame->labels) {
         const auto at = frame->camera.project(text.at, size);
         if (!at) continue;
         const std::size_t first = all.size();
-        font->append(all, text.text, *at + glm::vec2(14 * frame->pixelScale, 0), text.color);
+        font->append(all, text.text, *at + glm::vec2(14 * pixelScale, 0), text.color);
         placeLabel(std::span(all).subspan(first), taken, size);
     }
     if (all.empty()) return;
@@ -281,17 +283,24 @@ const DrawCost& Renderer::cost() const { return impl_->cost; }
 void Renderer::draw(const Frame& frame, const Viewport& viewport, unsigned framebuffer) {
     if (viewport.width <= 0 || viewport.height <= 0) return;
     impl_->draw(frame, viewport.width, viewport.height);
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, impl_->target.resolved().id());
+    showAgain(viewport, framebuffer);
+}
+
+void Renderer::showAgain(const Viewport& viewport, unsigned framebuffer) {
+    const auto width = static_cast<int>(impl_->size.x), height = static_cast<int>(impl_->size.y);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, impl_->target().resolved().id());
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
-    glBlitFramebuffer(0, 0, viewport.width, viewport.height, viewport.x, viewport.y, viewport.x + viewport.width,
-                      viewport.y + viewport.height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBlitFramebuffer(0, 0, width, height, viewport.x, viewport.y, viewport.x + viewport.width,
+                      viewport.y + viewport.height, GL_COLOR_BUFFER_BIT,
+                      impl_->drawn == Detail::Draft ? GL_LINEAR : GL_NEAREST);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
 }
 
 Image renderToImage(Renderer& renderer, const Frame& frame, int width, int height) {
     assert(width > 0 && height > 0);
+    assert(frame.detail != Detail::Draft);
     renderer.impl_->draw(frame, width, height);
-    glBindFramebuffer(GL_FRAMEBUFFER, renderer.impl_->target.resolved().id());
+    glBindFramebuffer(GL_FRAMEBUFFER, renderer.impl_->target().resolved().id());
     Image image = readPixels(width, height);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     return image;

@@ -19,6 +19,7 @@ struct GpuMesh {
     std::shared_ptr<const Buffers> buffers;
 
     explicit operator bool() const { return buffers != nullptr; }
+    friend bool operator==(const GpuMesh&, const GpuMesh&) = default;
 };
 
 /// A texture on the GPU, shared like GpuMesh.
@@ -27,6 +28,7 @@ struct GpuTexture {
     std::shared_ptr<const Storage> storage;
 
     explicit operator bool() const { return storage != nullptr; }
+    friend bool operator==(const GpuTexture&, const GpuTexture&) = default;
 };
 
 struct DrawItem {
@@ -37,6 +39,7 @@ struct DrawItem {
     float alpha = 1;     ///< below 1: a translucent ghost
     GpuTexture metallicRoughness = {}, normal = {}, emissive = {};
     int body = 0;  ///< items of one number together bound a solid, and a section fills its cut; 0: not filled
+    friend bool operator==(const DrawItem&, const DrawItem&) = default;
 };
 
 /// A straight line with round ends; a == b gives a dot whose diameter is the width.
@@ -44,18 +47,21 @@ struct Line {
     glm::vec3 a, b;
     glm::vec4 color{1};
     float width = 2;  ///< in pixels before Frame::pixelScale
+    friend bool operator==(const Line&, const Line&) = default;
 };
 
 struct Arrow {
     glm::vec3 from, to;
     float radius = 0.001f;  ///< of the shaft, meters
     glm::vec4 color{1};
+    friend bool operator==(const Arrow&, const Arrow&) = default;
 };
 
 struct Sphere {
     glm::vec3 center;
     float radius = 0;
     glm::vec4 color{1};  ///< alpha below 1: translucent
+    friend bool operator==(const Sphere&, const Sphere&) = default;
 };
 
 /// A text on top of everything else, slightly to the right of a point.
@@ -63,15 +69,26 @@ struct Label {
     glm::vec3 at;
     std::string text;  ///< UTF-8, Latin-1
     glm::vec4 color{1};
+    friend bool operator==(const Label&, const Label&) = default;
 };
 
 struct Grid {
     bool visible = true;
     float height = 0;  ///< y of its plane
+    friend bool operator==(const Grid&, const Grid&) = default;
 };
 
 struct Background {
     glm::vec3 top{0.185f, 0.205f, 0.235f}, bottom{0.055f, 0.06f, 0.07f};
+    friend bool operator==(const Background&, const Background&) = default;
+};
+
+/// How finely a frame is drawn. Less than Full is for drivers that draw without a graphics card: Plain takes them a
+/// fifth of the time, Draft a tenth.
+enum class Detail {
+    Full,   ///< with multisampling
+    Plain,  ///< one sample for each pixel
+    Draft,  ///< a quarter of the pixels, one sample for each, without shadows
 };
 
 /// Content of one picture, as plain data that the caller fills for each frame.
@@ -88,6 +105,8 @@ struct Frame {
     float pixelScale = 1;              ///< factor on widths in pixels, from Window::scale()
     float hiddenOpacity = 0.45f;       ///< opacity of arrows and lines behind other geometry
     std::optional<glm::vec4> section;  ///< plane (n, d): items and spheres are cut away where n·p + d < 0
+    Detail detail = Detail::Full;
+    friend bool operator==(const Frame&, const Frame&) = default;
 };
 
 /// Draw calls and triangles of the last frame.
@@ -99,6 +118,7 @@ struct DrawCost {
 /// Pixels of the target framebuffer, from its lower-left corner.
 struct Viewport {
     int x = 0, y = 0, width = 0, height = 0;
+    friend bool operator==(const Viewport&, const Viewport&) = default;
 };
 
 /// Draws frames in the context that was current at its construction, with 4x multisampling if available.
@@ -116,6 +136,8 @@ class Renderer {
 
     /// Draws into a framebuffer object, or the window (0). An empty viewport draws nothing.
     void draw(const Frame& frame, const Viewport& viewport, unsigned framebuffer = 0);
+    /// Shows the last frame that draw() drew again, at the cost of a copy.
+    void showAgain(const Viewport& viewport, unsigned framebuffer = 0);
     const DrawCost& cost() const;
 
   private:

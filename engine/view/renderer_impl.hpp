@@ -85,7 +85,10 @@ struct Renderer::Impl {
     void drawLines(float opacity);
     void drawLabels();
 
-    RenderTarget target;
+    /// Where the frame is drawn, or the last one was.
+    RenderTarget& target() { return drawn == Detail::Full ? fullTarget : plainTarget; }
+    RenderTarget fullTarget, plainTarget{0};
+    Detail drawn = Detail::Full;
     ShadowMap shadowMap{2048};
     ShaderProgram background{"background.vert", "background.frag"}, mesh{"mesh.vert", "mesh.frag"},
         sphere{"sphere.vert", "sphere.frag"}, arrow{"arrow.vert", "arrow.frag"}, line{"line.vert", "line.frag"},
@@ -103,6 +106,7 @@ struct Renderer::Impl {
     glm::mat3 rig{1};
     glm::vec3 eye{0};
     glm::vec2 size{1};
+    float pixelScale = 1;  // of the target
     DrawCost cost;
 
     ShadowScene shadowed;  // content of the shadow map, kept between frames

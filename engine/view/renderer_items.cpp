@@ -74,7 +74,7 @@ void Renderer::Impl::drawItem(const DrawItem& item) {
 void Renderer::Impl::drawShadows() {
     ShadowScene now{.casters = {}, .section = frame->section, .toward = glm::transpose(rig) * kKeyDirection};
     std::vector<Ball> balls;
-    if (frame->shadows)
+    if (frame->shadows && frame->detail != Detail::Draft)
         for (const DrawItem& item : frame->items)
             if (isSolid(item)) {
                 now.casters.push_back({item.mesh.buffers, item.model, item.body != 0});

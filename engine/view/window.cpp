@@ -32,15 +32,18 @@ void startGlfw() {
                                  "); set DISPLAY to a running X server, use xvfb-run, or run headless.");
 }
 
-/// The window's size: with a chosen scale it grows like its text, up to the size of the monitor.
-glm::ivec2 sizeOf(const WindowOptions& options) {
-    const glm::ivec2 size(options.width, options.height);
-    if (!options.uiScale) return size;
+/// A size that fits on the monitor.
+glm::ivec2 onMonitor(glm::ivec2 size) {
     glm::ivec2 room(0);
     if (GLFWmonitor* monitor = glfwGetPrimaryMonitor())
         glfwGetMonitorWorkarea(monitor, nullptr, nullptr, &room.x, &room.y);
-    const glm::ivec2 scaled(glm::vec2(size) * std::max(*options.uiScale, 1.f));
-    return glm::max(glm::min(scaled, room), size);
+    return room.x > 0 && room.y > 0 ? glm::min(size, room) : size;
+}
+
+/// The window's size: with a chosen scale it grows like its text, up to the size of the monitor.
+glm::ivec2 sizeOf(const WindowOptions& options) {
+    const glm::ivec2 size(options.width, options.height);
+    return onMonitor(options.uiScale ? glm::ivec2(glm::vec2(size) * std::max(*options.uiScale, 1.f)) : size);
 }
 
 struct GlfwWindow {
@@ -157,6 +160,7 @@ struct Window::Impl {
     GlfwWindow window;
     std::optional<float> uiScale;
     UserInterface interface;
+    bool software = engine::drawsInSoftware();
     DropHandler dropHandler;
     std::vector<std::filesystem::path> dropped;
     std::vector<KeyEvent> keys;  // not yet seen by ImGui
@@ -198,7 +202,11 @@ void Window::endFrame(Image* picture) {
         *picture = readPixels(pixels.x, pixels.y);
     }
     glfwSwapBuffers(handle());
+    // Without a card the driver would take several frames before it finishes the first, and an answer comes after them.
+    if (impl_->software) glFinish();
 }
+
+bool Window::drawsInSoftware() const { return impl_->software; }
 
 int Window::interfaceDrawCalls() const {
     const ImDrawData* data = ImGui::GetDrawData();
@@ -226,7 +234,10 @@ glm::ivec2 Window::size() const {
     return units;
 }
 
-void Window::setSize(glm::ivec2 size) { glfwSetWindowSize(handle(), size.x, size.y); }
+void Window::setSize(glm::ivec2 size) {
+    const glm::ivec2 fitting = onMonitor(size);
+    glfwSetWindowSize(handle(), fitting.x, fitting.y);
+}
 
 float Window::scale() const { return interfaceScale(handle(), impl_->uiScale); }
 GLFWwindow* Window::handle() const { return impl_->window.handle; }

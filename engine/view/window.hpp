@@ -44,6 +44,7 @@ class Window {
     /// Draws ImGui and swaps the buffers. `picture`, if given, receives the finished frame, read before the swap.
     void endFrame(Image* picture = nullptr);
 
+    bool drawsInSoftware() const;    ///< no graphics card draws
     int interfaceDrawCalls() const;  ///< draw calls of ImGui in the last frame
 
     void close();  ///< makes the next beginFrame() return false

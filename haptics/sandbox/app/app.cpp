@@ -92,15 +92,15 @@ int App::run() {
         focused_ = focused;
         handleKeys();
         handleMouse(layout.picture);
-        drawPicture(layout.picture);
+        if (last && !options_.screenshot.empty()) shot = options_.screenshot;
+        const bool wanted = !shot.empty();
+        drawPicture(layout.picture, wanted || measure_.wantsPicture());
         drawPanels(layout);
         if (requests_.frameCamera) frameAll(layout.picture);
         carryOut();
         noteState();
         noteStuck();
 
-        if (last && !options_.screenshot.empty()) shot = options_.screenshot;
-        const bool wanted = !shot.empty();
         engine::Image picture;
         ImGui::EndFrame();
         draw([&] { window_.endFrame(wanted || measure_.wantsPicture() ? &picture : nullptr); });
@@ -129,14 +129,21 @@ void App::noteStuck() {
 }
 
 void App::noteCost(double cpuMs) {
+    const Clock::time_point ended = Clock::now(), before = std::exchange(frameEnded_, ended);
+    const double periodMs =
+        before == Clock::time_point() ? 0 : std::chrono::duration<double, std::milli>(ended - before).count();
     cost_ = {.cpuMs = cpuMs,
              .drawingMs = std::exchange(drawingMs_, 0),
-             .drawCalls = (view_ ? renderer_.cost().calls : 0) + window_.interfaceDrawCalls()};
+             .drawCalls = (view_ ? renderer_.cost().calls : 0) + window_.interfaceDrawCalls(),
+             .periodMs = periodMs,
+             .software = window_.drawsInSoftware()};
     constexpr double kShare = 0.1;  // weight of the newest frame: smooths the display enough to be read
     const auto smooth = [](double shown, double now) { return shown + kShare * (now - shown); };
     shownCost_ = {.cpuMs = smooth(shownCost_.cpuMs, cost_.cpuMs),
                   .drawingMs = smooth(shownCost_.drawingMs, cost_.drawingMs),
-                  .drawCalls = cost_.drawCalls};
+                  .drawCalls = cost_.drawCalls,
+                  .periodMs = smooth(shownCost_.periodMs, cost_.periodMs),
+                  .software = cost_.software};
 }
 
 /// Returns false once the window is closed. A requested screenshot keeps it open for one more frame, with `last` set.
@@ -190,7 +197,10 @@ void App::frameAll(const engine::Area& picture) {
         camera_ = view_->look(options_.view, record, session_.settings(), aspect);
 }
 
-void App::drawPicture(const engine::Area& area) {
+/// Draws the scene if its picture has changed. Without a graphics card that is coarse while it changes, unless it is to
+/// be drawn fully, for a picture that is kept.
+void App::drawPicture(const engine::Area& area, bool fully) {
+    constexpr auto kSettled = std::chrono::milliseconds(400);  // without a change: then the user looks at it
     engine::Frame frame;
     frame.camera = camera_;
     const glm::vec2 pixels(window_.framebufferSize()), units(window_.size());
@@ -208,7 +218,14 @@ void App::drawPicture(const engine::Area& area) {
                                     .y = whole(scale.y * (units.y - area.position.y - area.size.y)),
                                     .width = whole(scale.x * area.size.x),
                                     .height = whole(scale.y * area.size.y)};
-    draw([&] { renderer_.draw(frame, viewport); });
+    const Clock::time_point now = Clock::now();
+    const engine::Detail before = drawn_ ? std::exchange(drawn_->frame.detail, frame.detail) : engine::Detail::Full;
+    const bool same = drawn_ && drawn_->viewport == viewport && drawn_->frame == frame;
+    if (!same) changed_ = now;
+    if (window_.drawsInSoftware() && !fully)
+        frame.detail = now - changed_ < kSettled ? engine::Detail::Draft : engine::Detail::Plain;
+    draw([&] { same&& frame.detail == before ? renderer_.showAgain(viewport) : renderer_.draw(frame, viewport); });
+    drawn_ = {std::move(frame), viewport};
 }
 
 }  // namespace touchstone::sandbox

@@ -36,7 +36,7 @@ class App {
     bool beginFrame(bool& last);
     void rememberSize(bool first);
     void refreshScene();
-    void drawPicture(const engine::Area& area);
+    void drawPicture(const engine::Area& area, bool fully);
     void drawPanels(const engine::Layout& layout);
     void drawBar();
     void drawHints(const engine::Area& picture) const;
@@ -106,6 +106,13 @@ class App {
     engine::ItemRects items_, drawnItems_;
     FrameCost cost_, shownCost_;
     double drawingMs_ = 0;  // CPU time of drawing in this frame, ms
+    /// The picture of the scene in the last frame.
+    struct Drawn {
+        engine::Frame frame;
+        engine::Viewport viewport;
+    };
+    std::optional<Drawn> drawn_;
+    Clock::time_point changed_, frameEnded_;  // when the picture last changed, and the last frame ended
     std::optional<glm::vec2> toolOnScreen_;
     std::optional<Clock::time_point> runningSince_;
 };

@@ -157,19 +157,22 @@ std::vector<HealthItem> healthItems(const HealthView& view) {
         tickItem(s),
         {.name = "Priority",
          .value = realTime ? "real time" : "normal",
-         .help = realTime        ? "The haptic thread runs under SCHED_FIFO."
+         .help = realTime        ? "The haptic thread runs under SCHED_FIFO. " + throttlingWords(*view.realTime)
                  : view.realTime ? view.realTime->message
                                  : "",
          .attention = !realTime},
         {.name = "Frame",
-         .value = engine::formatted("%.1f ms", view.frame.cpuMs),
-         .help = engine::formatted("CPU time of the window's thread per frame: %.1f ms for drawing, in %d draw calls, "
-                                   "and %.1f ms for everything "
-                                   "else. The loop has its own thread, and a helper thread prepares its pair lists: "
-                                   "the helper took %.0f µs in "
-                                   "the last tick.",
-                                   view.frame.drawingMs, view.frame.drawCalls, view.frame.cpuMs - view.frame.drawingMs,
-                                   s.record.helperUs)},
+         .value =
+             engine::formatted("%.0f ms", view.frame.periodMs) + (view.frame.software ? ", drawn by software" : ""),
+         .help =
+             engine::formatted("Time from one picture of the window to the next. Its thread takes %.1f ms of that "
+                               "for drawing, in %d draw calls, and %.1f ms for everything else. The loop has its own "
+                               "thread, and a helper thread prepares its pair lists: the helper took %.0f µs in the "
+                               "last tick.",
+                               view.frame.drawingMs, view.frame.drawCalls, view.frame.cpuMs - view.frame.drawingMs,
+                               s.record.helperUs) +
+             (view.frame.software ? " No graphics card draws here, so the scene is drawn coarsely while it moves."
+                                  : "")},
     };
     if (view.recorder)
         items.push_back({.name = "Recording",

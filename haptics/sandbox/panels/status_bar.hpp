@@ -17,6 +17,8 @@ struct FrameCost {
     double cpuMs = 0;      ///< CPU time from the end of the wait for the previous frame to the buffer swap
     double drawingMs = 0;  ///< part of cpuMs spent in draw calls and the graphics driver, swap included
     int drawCalls = 0;
+    double periodMs = 0;    ///< by the clock, from the previous frame to this one
+    bool software = false;  ///< the processor draws, not a graphics card
 };
 
 struct HealthView {

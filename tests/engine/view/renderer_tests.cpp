@@ -459,6 +459,58 @@ TEST_CASE("renderer: the same frame gives the same picture, and an empty mesh dr
     REQUIRE(glGetError() == GL_NO_ERROR);
 }
 
+TEST_CASE(
+    "renderer: a draft is the same picture with a quarter of the pixels and no shadow, and is shown again as it was",
+    "[gl]") {
+    Stage stage;
+    GLuint framebuffer = 0, color = 0;
+    glGenFramebuffers(1, &framebuffer);
+    glGenRenderbuffers(1, &color);
+    glBindRenderbuffer(GL_RENDERBUFFER, color);
+    glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, kWidth, kHeight);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color);
+    const auto shown = [&](auto&& draw) {
+        glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+        glClearColor(0, 1, 0, 1);
+        glClear(GL_COLOR_BUFFER_BIT);
+        draw();
+        return readPixels(kWidth, kHeight);
+    };
+    constexpr Viewport kWhole{0, 0, kWidth, kHeight};
+
+    Frame frame = darkFrame();
+    frame.items = {{stage.renderer.upload(sphereMesh(0.4f)), glm::mat4(1), matt({0.5f, 0.5f, 0.5f}), {}, 1}};
+    frame.lines = {{{-0.9f, -0.7f, 0}, {0.9f, -0.7f, 0}, glm::vec4(1), 8}};
+    const Image full = shown([&] { stage.renderer.draw(frame, kWhole, framebuffer); });
+    const int calls = stage.renderer.cost().calls;
+    frame.detail = Detail::Draft;
+    const Image draft = shown([&] { stage.renderer.draw(frame, kWhole, framebuffer); });
+    CHECK(stage.renderer.cost().calls == calls - 1);  // that of the shadow map
+    // Each pixel of the draft covers four of the window, and is smoothed: of pixels at least two within an area both
+    // pictures show the same.
+    for (const glm::ivec2 at : {glm::ivec2(160, 100), glm::ivec2(140, 80), glm::ivec2(20, 20), glm::ivec2(160, 170)})
+        requireColor(pixel(draft, at.x, at.y), pixel(full, at.x, at.y), 4);
+    CHECK(columnSum(draft, 40) ==
+          Approx(columnSum(full, 40)).margin(2));  // the line is as wide, to a pixel of the draft
+    int half = 0;  // pixels along the outline that have neither color of the edge: more where pixels are coarse
+    for (int x = 1; x < kWidth; ++x) half += difference(pixel(draft, x, 100), pixel(full, x, 100)) > 8;
+    CHECK(half > 0);
+    const Image again = shown([&] { stage.renderer.showAgain(kWhole, framebuffer); });
+    CHECK(again.rgba == draft.rgba);
+    frame.detail = Detail::Plain;
+    const Image plain = shown([&] { stage.renderer.draw(frame, kWhole, framebuffer); });
+    for (const glm::ivec2 at : {glm::ivec2(160, 100), glm::ivec2(140, 80), glm::ivec2(20, 20), glm::ivec2(160, 170)})
+        requireColor(pixel(plain, at.x, at.y), pixel(full, at.x, at.y));
+    CHECK(stage.renderer.cost().calls == calls);
+    frame.detail = Detail::Full;
+    CHECK(shown([&] { stage.renderer.draw(frame, kWhole, framebuffer); }).rgba == full.rgba);
+    CHECK(shown([&] { stage.renderer.showAgain(kWhole, framebuffer); }).rgba == full.rgba);
+    REQUIRE(glGetError() == GL_NO_ERROR);
+    glDeleteFramebuffers(1, &framebuffer);
+    glDeleteRenderbuffers(1, &color);
+}
+
 TEST_CASE("renderer: a body in the key light casts a shadow behind it, and nowhere else", "[gl]") {
     Stage stage;
     // The light comes from the upper left and the front, (-0.45, 0.74, 0.5) for a camera that looks along -z: a small

@@ -661,11 +661,12 @@ TEST_CASE("status bar: shows the health of the loop and highlights problems", "[
     snapshot.ticks = 1000;
     snapshot.fade = 1;
     snapshot.engagement = Engagement::Engaged;
-    const RealTimeStatus realTime{.scheduled = true, .message = {}};
+    RealTimeStatus realTime{.scheduled = true, .message = {}};
     const std::string device = "mouse";
     DeviceFacts facts;
+    FrameCost frame{.cpuMs = 30, .drawingMs = 28, .drawCalls = 28, .periodMs = 16};
     const auto item = [&](const std::string& name) {
-        for (const HealthItem& found : healthItems({&snapshot, &realTime, device, facts}))
+        for (const HealthItem& found : healthItems({&snapshot, &realTime, device, facts, frame}))
             if (found.name == name) return found;
         FAIL("there is no " << name);
         return HealthItem{};
@@ -677,6 +678,14 @@ TEST_CASE("status bar: shows the health of the loop and highlights problems", "[
         CHECK(all.help.size() > 20);
     }
     CHECK(item("Device").value == "mouse");
+    // The time that a user waits for a picture, not what the window's thread computes meanwhile.
+    CHECK(item("Frame").value == "16 ms");
+    frame = {.cpuMs = 30, .drawingMs = 28, .drawCalls = 28, .periodMs = 700, .software = true};
+    CHECK(item("Frame").value == "700 ms, drawn by software");
+    CHECK(item("Priority").help.find("sysctl") == std::string::npos);
+    realTime.share = 0.95;
+    CHECK_THAT(item("Priority").help, Catch::Contains("950 ms") && Catch::Contains("the remaining 50 ms") &&
+                                          Catch::Contains("kernel.sched_rt_runtime_us=-1"));
 
     snapshot.rate = 900;
     CHECK(item("Rate").attention);
