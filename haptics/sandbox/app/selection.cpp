@@ -87,6 +87,10 @@ void Selection::cancel(HapticScene& scene) {
 
 std::vector<glm::vec3> Selection::corners(const HapticScene& scene, const ToolPoses& tool) const {
     if (!node_) return {};
+    // A goal has no extent of its own: that of the tool there.
+    if (node_ == scene.roles.goalNode && node_ != scene.roles.tool && scene.roles.goal && scene.roles.tool)
+        return engine::boxOf(scene.scene.registry, scene.roles.tool)
+            .corners(placeOf(scene, scene.roles.tool, &scene.roles.goal->X_WT));
     const engine::NodeBox box = box_ ? *box_ : engine::boxOf(scene.scene.registry, node_);
     return box.corners(placeOf(scene, node_, tool.running ? &tool.X_WT : nullptr));
 }

@@ -1,11 +1,13 @@
 #include "haptics/sandbox/session/goal_edit.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "engine/scene/transforms.hpp"
 #include "haptics/loop/distances.hpp"
 #include "haptics/loop/step.hpp"
+#include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
 namespace touchstone::sandbox {
@@ -28,6 +30,17 @@ std::size_t nearestObstacle(const HapticScene& scene, const Pose& X_WT, Geometry
         nearest = k;
     }
     return nearest;
+}
+
+/// How far the tool at X_WT reaches into an obstacle along the goal's way out, mm; 0 or less if it does not.
+double depthIn(const HapticScene& scene, std::size_t obstacle, const Pose& X_WT) {
+    const Vec3 out = X_WT.q * Vec3::UnitY();
+    const auto end = [&](Entity node, const Pose& X, double sign) {
+        double most = -1e30;
+        for (const Vec3& p : bakedTriangles(scene.scene, node).vertices) most = std::max(most, sign * out.dot(X * p));
+        return sign * most;
+    };
+    return end(scene.roles.obstacles[obstacle], obstaclePose(scene, obstacle), 1) - end(scene.roles.tool, X_WT, -1);
 }
 
 /// The extras of the goal's node with another goal.
@@ -66,6 +79,8 @@ std::vector<engine::SceneEdit> goalHere(const HapticScene& scene, const Pose& X_
                                  {{"tolerance_m", toMeters(kNewGoalMm)},
                                   {"tolerance_rad", kNewGoalRad},
                                   {"hold_s", kNewGoalHoldMs / 1000}}}};
+        if (const double depth = depthIn(scene, k, X_WT); depth > kNewGoalMm)
+            extras["touchstone"]["goal"]["depth_m"] = toMeters(depth);
         return {engine::AddNode{engine::nodeIndex(scene.scene, obstacle), "goal", engine::localTransform(X_OG),
                                 std::move(extras)}};
     }

@@ -1,6 +1,7 @@
 // The goal and the demonstration of a scene, set in a running session, undone, saved and read again.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/gltf_read.hpp"
@@ -320,6 +321,27 @@ TEST_CASE("goal: the tool pose becomes the goal below the nearest obstacle, whil
     CHECK(again.scene.nodes.size() == scene.nodes.size() + 1);
     CHECK(again.warnings.empty());
     CHECK(textOf(session, Message::Kind::Error) == "");
+}
+
+TEST_CASE("goal: its depth is how far the tool reaches into the obstacle along its way out, none where it rests on it",
+          "[session]") {
+    engine::Scene made;  // a cube of 10 mm beside a wall of 20 mm
+    addBox(made, "cube", glm::vec3(0.01f), {{"role", "tool"}, {"leaves", 64}}, {.translation = {0, 0.02, 0}});
+    addBox(made, "wall", {0.01f, 0.02f, 0.02f}, {{"role", "obstacle"}, {"leaves", 64}},
+           {.translation = {0.0101, 0, 0}});
+    updateWorldTransforms(made);
+    const HapticScene scene = openScene(std::move(made), kUncached);
+    const auto depthAt = [&](const Pose& X_WT) {
+        const auto edits = goalHere(scene, X_WT, Geometry::Mesh);
+        REQUIRE(edits.size() == 1);
+        const nlohmann::json extras = *std::get<engine::AddNode>(edits[0]).extras;
+        return extras.at("touchstone").at("goal").value("depth_m", 0.0);
+    };
+    CHECK(depthAt({{0, 4, 0}, Quat::Identity()}) == Approx(0.011));  // from 1 mm below the middle to the top at 10 mm
+    CHECK(depthAt({{0, 15, 0}, Quat::Identity()}) == 0);
+    // Turned by a right angle its way out is -x, where the wall begins 5.1 mm from the middle and the cube ends at 5
+    // mm.
+    CHECK(depthAt({{0, 4, 0}, Quat(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitZ()))}) == 0);
 }
 
 TEST_CASE("goal: undo takes it away, and a goal in the extras of the tool moves there", "[session]") {
