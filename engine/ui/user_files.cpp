@@ -49,8 +49,10 @@ fs::path browsedFolder(const fs::path& config) {
         std::getline(in, line);
     }
     if (!line.empty() && fs::is_directory(line, error)) return line;
+    // Where the program was started; a desktop's menu starts it at the root.
+    const fs::path here = fs::current_path(error);
     const char* home = std::getenv("HOME");
-    return home ? fs::path(home) : fs::current_path(error);
+    return home && (error || here == here.root_path()) ? fs::path(home) : here;
 }
 
 void keepFolder(const fs::path& config, const fs::path& browsed) {

@@ -24,7 +24,8 @@ class RecentScenes {
     std::vector<std::filesystem::path> scenes_;
 };
 
-/// The folder that was browsed last, as keepFolder() stored it in `FOLDER/browsed`; the user's home without one.
+/// The folder that was browsed last, as keepFolder() stored it in `FOLDER/browsed`; without one that in which
+/// the program was started, or the user's home if that is the root.
 std::filesystem::path browsedFolder(const std::filesystem::path& config);
 /// Write errors are ignored.
 void keepFolder(const std::filesystem::path& config, const std::filesystem::path& browsed);

@@ -2,6 +2,7 @@
 
 #include <imgui_internal.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -77,8 +78,17 @@ void drawTriple(const char* label, const char* unit, glm::dvec3& values, float s
 
 void tooltip(std::string_view text) {
     if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+    const float em = ImGui::GetFontSize(), wrap = 22 * em, gap = 0.3f * em;
+    // Below the item, which it would hide at the mouse; above it where there is no room.
+    const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax(), pad = ImGui::GetStyle().WindowPadding;
+    const ImVec2 lines = ImGui::CalcTextSize(text.data(), text.data() + text.size(), false, wrap);
+    const ImVec2 size{lines.x + 2 * pad.x, lines.y + 2 * pad.y}, window = ImGui::GetMainViewport()->Size;
+    const bool below = high.y + gap + size.y <= window.y;
+    if (below || low.y - gap - size.y >= 0)
+        ImGui::SetNextWindowPos({std::clamp(ImGui::GetMousePos().x, 0.f, std::max(window.x - size.x, 0.f)),
+                                 below ? high.y + gap : low.y - gap - size.y});
     ImGui::BeginTooltip();
-    ImGui::PushTextWrapPos(22 * ImGui::GetFontSize());
+    ImGui::PushTextWrapPos(wrap);
     ImGui::TextUnformatted(text.data(), text.data() + text.size());
     ImGui::PopTextWrapPos();
     ImGui::EndTooltip();

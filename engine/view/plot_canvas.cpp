@@ -55,6 +55,12 @@ Axis Axis::decades(const ColumnRange& data) {
     return axis;
 }
 
+Axis Axis::below(float share) const {
+    Axis axis = *this;
+    axis.top_ = bottom_ + (top_ - bottom_) / share;
+    return axis;
+}
+
 float Axis::value(float fraction) const {
     const float v = bottom_ + fraction * (top_ - bottom_);
     return logarithmic_ ? std::pow(10.f, v) : v;

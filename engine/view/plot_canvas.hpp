@@ -22,6 +22,8 @@ class Axis {
     Axis(ColumnRange data, const PlotOptions& options);
     /// Whole decades around positive data.
     static Axis decades(const ColumnRange& data);
+    /// The axis that has this one in its lower part, of this share.
+    Axis below(float share) const;
 
     float value(float fraction) const;
     float fraction(float value) const;

@@ -42,22 +42,32 @@ std::string timeLabel(float milliseconds) {
 /// below it. Without data, only the names.
 void drawLegend(std::span<const Series> series, std::size_t skip, std::span<const ColumnRange> ranges) {
     const float spacing = ImGui::GetStyle().ItemSpacing.x;
-    // At least the usual width of the values, so that the lines do not break differently as the values change.
+    // Each has the greatest width that it has had, so that neither the texts nor the plots below jump as values change.
     const float usual = ImGui::CalcTextSize("0.00, max 0.00").x;
     std::vector<std::string> values(series.size());
     std::vector<float> widths(series.size());
-    float width = ImGui::GetItemRectMax().x - ImGui::GetCursorScreenPos().x;
+    const ImVec2 title = ImGui::GetItemRectMax();
+    const float left = ImGui::GetCursorScreenPos().x, right = left + ImGui::GetContentRegionAvail().x;
+    float end = title.x;
     for (std::size_t i = 0; i < series.size(); ++i) {
         const RingView& samples = series[i].samples;
         if (samples.count > skip && !ranges[i].empty())
             values[i] = number(samples[samples.count - 1 - skip]) + ", max " + number(ranges[i].max);
-        widths[i] =
-            ImGui::CalcTextSize(series[i].name).x + spacing + std::max(usual, ImGui::CalcTextSize(values[i].c_str()).x);
-        width += 2 * spacing + widths[i];
+        float& widest = *ImGui::GetStateStorage()->GetFloatRef(ImGui::GetID(series[i].name), usual);
+        widest = std::max(widest, ImGui::CalcTextSize(values[i].c_str()).x);
+        widths[i] = ImGui::CalcTextSize(series[i].name).x + spacing + widest;
+        end += 2 * spacing + widths[i];
     }
-    const bool beside = width <= ImGui::GetContentRegionAvail().x;
+    const bool beside = end <= right;
+    end = title.x;
     for (std::size_t i = 0; i < series.size(); ++i) {
-        if (beside || i > 0) sameLineIfFits(widths[i]);
+        const float begin = end + 2 * spacing;
+        const bool same = i == 0 ? beside : begin + widths[i] <= right;
+        if (same) {
+            ImGui::SameLine();
+            ImGui::SetCursorScreenPos({begin, ImGui::GetCursorScreenPos().y});
+        }
+        end = (same ? begin : left) + widths[i];
         ImGui::TextColored(vector(series[i].color), "%s", series[i].name);
         if (values[i].empty()) continue;
         ImGui::SameLine();
@@ -156,29 +166,38 @@ void drawHistogram(const char* label, const RingView& samples, Stretch stretch, 
     const Canvas canvas(shape);
     const Axis across = Axis::decades({options.low, options.high});
     const float most = static_cast<float>(*std::max_element(counts.begin(), counts.end()));
-    const Axis up = Axis::decades({0.5f, std::max(most, 1.f)});
-    if (most > 0) canvas.drawVerticalAxis(up);
+    // The bars end below a line of text with the names of the levels.
+    const float named = options.levels.empty() ? 0 : std::min(0.5f, 1.2f * shape.line / shape.height);
+    const Axis up = Axis::decades({0.5f, std::max(most, 1.f)}), bars = up.below(1 - named);
+    if (most > 0) canvas.drawVerticalAxis(bars);
     canvas.drawHorizontalAxis(across);
     if (most <= 0) canvas.drawNoData();
     const float step = shape.width / static_cast<float>(options.bins);
     for (std::size_t i = 0; i < counts.size(); ++i) {
         if (counts[i] == 0) continue;
         const float x = canvas.topLeft.x + step * static_cast<float>(i);
-        canvas.list.AddRectFilled({x, canvas.y(up.fraction(static_cast<float>(counts[i])))},
+        canvas.list.AddRectFilled({x, canvas.y(bars.fraction(static_cast<float>(counts[i])))},
                                   {x + std::max(step - 1, 1.f), canvas.bottomRight.y}, color(barColor));
     }
-    float textRight = -1e9f;
-    int row = 0;
+    // Names in one line: beside their levels, or pushed on by the name before, and back from the right edge.
+    const float between = 4 * shape.unit;
+    std::vector<float> left;
+    float end = canvas.topLeft.x;
     for (const auto& [name, value] : options.levels) {
+        left.push_back(std::max(canvas.x(across.fraction(value)) + 3 * shape.unit, end));
+        end = left.back() + ImGui::CalcTextSize(name).x + between;
+    }
+    end = canvas.bottomRight.x;
+    for (std::size_t i = left.size(); i-- > 0;) {
+        left[i] = std::min(left[i], end - ImGui::CalcTextSize(options.levels[i].first).x);
+        end = left[i] - between;
+    }
+    for (std::size_t i = 0; i < left.size(); ++i) {
+        const auto& [name, value] = options.levels[i];
         if (!(value > 0)) continue;
         const float x = canvas.x(across.fraction(value));
         canvas.list.AddLine({x, canvas.topLeft.y}, {x, canvas.bottomRight.y}, kWarning, shape.unit);
-        // Names of close lines are drawn below each other.
-        const float textWidth = ImGui::CalcTextSize(name).x;
-        const float left = std::min(x + 3 * shape.unit, canvas.bottomRight.x - textWidth);
-        row = left < textRight ? row + 1 : 0;
-        textRight = left + textWidth + 4 * shape.unit;
-        canvas.list.AddText({left, canvas.topLeft.y + static_cast<float>(row) * shape.line}, kWarning, name);
+        canvas.list.AddText({left[i], canvas.topLeft.y}, kWarning, name);
     }
     const float at = (ImGui::GetIO().MousePos.x - canvas.topLeft.x) / shape.width;
     if (options.showValues && canvas.hovered && at >= 0 && at < 1) {

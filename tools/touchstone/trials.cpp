@@ -156,6 +156,7 @@ void runTrialsInWindow(const Protocol& protocol, const std::deque<Trial>& queue,
         session = &frame.session;
         live.update(frame.session);
     };
+    window.study = true;
     window.panel = [&](sandbox::LiveSession& shown, const glm::vec4& picture, engine::ItemRects& items) {
         live.draw(shown, picture, &items);
     };

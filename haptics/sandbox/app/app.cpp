@@ -195,6 +195,10 @@ void App::frameAll(const engine::Area& picture) {
         view_->fit(camera_, X_WT, aspect);
     else
         camera_ = view_->look(options_.view, record, session_.settings(), aspect);
+    // A demonstration stays in the picture; a view that was asked for is what it says.
+    if (!requests_.frameCamera && options_.view.empty() && viewed_->demonstration &&
+        followsDemonstration(session_.device().choice))
+        view_->fit(camera_, *viewed_->demonstration, aspect);
 }
 
 /// Draws the scene if its picture has changed. Without a graphics card that is coarse while it changes, unless it is to

@@ -43,6 +43,7 @@ struct WindowRunOptions {
     std::string view;                           ///< initial view of the first scene, a name for SceneView::look()
     std::optional<std::size_t> select;          ///< index of its initially selected node
     std::function<void(WindowFrame&)> onFrame;  ///< called before the events of each frame are handled
+    bool study = false;  ///< the panel has the settings, the goal and the device: their controls are hidden
     /// Draws an additional panel; `picture` as in WindowFrame.
     std::function<void(LiveSession&, const glm::vec4& picture, engine::ItemRects&)> panel;
     std::function<void(LiveSession&)> onEnd;  ///< called after the last frame, while the loop still runs

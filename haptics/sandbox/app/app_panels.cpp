@@ -5,6 +5,7 @@
 
 #include "haptics/sandbox/app/app.hpp"
 #include "haptics/sandbox/app/panel_demonstration.hpp"
+#include "haptics/sandbox/session/device_choice.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -67,11 +68,12 @@ void App::drawPanels(const engine::Layout& layout) {
         const auto drawScene = [&] {
             if (!viewed_) return ImGui::TextDisabled("No scene is open.");
             const MotionRecorder* recorder = session_.demonstration();
-            drawDemonstration({.running = session_.running(),
-                               .hasDemonstration = viewed_->demonstration != nullptr,
-                               .hasGoal = viewed_->roles.goal.has_value(),
-                               .recordedMs = recorder ? std::optional(recorder->duration()) : std::nullopt},
-                              requests_, &items_);
+            if (!options_.study)
+                drawDemonstration({.running = session_.running(),
+                                   .hasDemonstration = viewed_->demonstration != nullptr,
+                                   .hasGoal = viewed_->roles.goal.has_value(),
+                                   .recordedMs = recorder ? std::optional(recorder->duration()) : std::nullopt},
+                                  requests_, &items_);
             scenePanel_.selected = selection_.node();
             drawScenePanel(*viewed_, geometryOf(session_.settings()), display_, scenePanel_, &items_);
             selection_.select(scenePanel_.selected);
@@ -131,7 +133,10 @@ void App::drawHints(const engine::Area& picture) const {
                            ImGui::GetColorU32(ImGuiCol_PopupBg, 0.9f), 0.3f * em);
         list.AddText(nullptr, 0, at, ImGui::GetColorU32(color), text.c_str(), nullptr, width);
     };
-    if (session_.running() && !everHeld_)
+    if (session_.running() && session_.snapshot()->finished && traitsOf(session_.device().choice).followsMotion)
+        write("The motion has ended: R runs it again, or drag the tool.", ImGui::GetStyleColorVec4(ImGuiCol_Text),
+              true);
+    else if (session_.running() && !everHeld_)
         write("Drag the tool: left button moves it, right button turns it. Press F1 for help.",
               ImGui::GetStyleColorVec4(ImGuiCol_Text), true);
     const auto& messages = session_.log().messages();
@@ -154,20 +159,24 @@ void App::drawLeftPanel() {
     const engine::Entity node = selection_.node();
     const bool isNew = node != pageNode_;
     pageNode_ = node;
-    const bool selected = viewed_ && viewed_->scene.registry.alive(node);
+    const bool selected = viewed_ && viewed_->scene.registry.alive(node) && !options_.study;
     const bool device = session_.device().control.get() || !session_.device().trouble.empty();
     const std::string hardware = device ? session_.device().choice + session_.device().trouble : "";
     const bool isNewDevice = hardware != std::exchange(pageDevice_, hardware);
+    if (!device && options_.study) {
+        ImGui::TextWrapped("The study has the settings.");
+        return;
+    }
     if (!selected && !device) {
         drawSettings();
         return;
     }
     if (!ImGui::BeginTabBar("pages")) return;
-    if (ImGui::BeginTabItem("Settings")) {
+    if (!options_.study && ImGui::BeginTabItem("Settings")) {
         drawSettings();
         ImGui::EndTabItem();
     }
-    engine::noteItem(&items_, "page settings");
+    if (!options_.study) engine::noteItem(&items_, "page settings");
     if (device &&
         ImGui::BeginTabItem("Device", nullptr, isNewDevice ? ImGuiTabItemFlags_SetSelected : ImGuiTabItemFlags_None)) {
         drawDevicePanel({session_.device().choice, session_.device().facts, session_.settings(),

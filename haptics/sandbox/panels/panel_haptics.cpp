@@ -24,7 +24,12 @@ void drawHeading(const char* text) {
 bool drawGroup(SettingGroup group, Settings& settings, std::string& refusal, engine::ItemRects* items) {
     bool changed = false;
     for (const SettingInfo& info : settingTable())
-        if (info.group == group) changed |= drawSetting(info, settings, refusal, items);
+        if (info.group == group) {
+            // Other modes touch spheres, whatever is chosen.
+            ImGui::BeginDisabled(info.key == "geometry" && settings.mode != Mode::Default);
+            changed |= drawSetting(info, settings, refusal, items);
+            ImGui::EndDisabled();
+        }
     return changed;
 }
 

@@ -1,9 +1,11 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "haptics/device/device_table.hpp"
 #include "haptics/sandbox/devices/all_devices.hpp"
@@ -98,52 +100,76 @@ void drawLeaveDialog(const MenuView& view, MenuState& state, PanelRequests& requ
     ImGui::EndPopup();
 }
 
+struct HelpRow {
+    std::string what, does;
+};
+struct HelpGroup {
+    const char* title;
+    std::vector<HelpRow> rows;
+};
+
+std::array<std::vector<HelpGroup>, 2> helpColumns() {
+    HelpGroup display{"Show or hide", {}};
+    for (const DisplaySwitch& which : displaySwitches())
+        display.rows.push_back({std::string(1, which.key), which.title});
+    return {{{{"Tool",
+               {{"Left drag on it", "move it in the view plane; the mouse replaces any other device"},
+                {"Wheel, Page Up/Down while held", "move it away from you and back"},
+                {"Right or Shift+left drag on it", "turn it; the wheel then turns it about the line of sight"},
+                {"Arrows, comma, period while held", "turn it about the view's axes and the line of sight"},
+                {"R", "reset device and tool to the start"},
+                {"Space", "stop (zero force at once, the tool is held) or engage"}}},
+              {"Selection",
+               {{"Click", "select a part; on the background, clear the selection"},
+                {"Drag a handle", "move or turn the part; with Ctrl in steps of 1 mm and 5°; Escape cancels"},
+                {"E", "align the handles with the local axes or the scene axes"}}},
+              {"View",
+               {{"Left drag elsewhere", "orbit"},
+                {"Right or middle drag elsewhere", "pan"},
+                {"Wheel", "zoom toward the cursor"},
+                {"F", "frame the selection, or everything if nothing is selected"},
+                {"A, Home", "frame all"},
+                {"Keypad 1, 3, 7", "front, right and top view; with Ctrl back, left and bottom"}}}},
+             {{"Window",
+               {{"F1, ?", "show or hide this help"},
+                {"F2, F3, F4", "fold or unfold the scene and its settings, the plots, the log"},
+                {"H", "show or hide the panels"},
+                {"S", "swap rendering and shadow solver"},
+                {"Ctrl+O, Ctrl+S", "open a scene, save the scene"},
+                {"Ctrl+Z, Ctrl+Shift+Z", "undo and redo changes of settings and of the scene"},
+                {"Ctrl+Shift+C", "copy the run as a command line"}}},
+              display}}};
+}
+
+void drawHelpGroup(const HelpGroup& group) {
+    ImGui::TextDisabled("%s", group.title);
+    if (!ImGui::BeginTable(group.title, 2)) return;
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, 14.5f * ImGui::GetFontSize());
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch);
+    for (const auto& [what, does] : group.rows) {
+        ImGui::TableNextRow();
+        ImGui::TableNextColumn();
+        ImGui::TextUnformatted(what.c_str());
+        ImGui::TableNextColumn();
+        ImGui::TextWrapped("%s", does.c_str());
+    }
+    ImGui::EndTable();
+    ImGui::Spacing();
+}
+
 void drawHelpDialog(MenuState& state, engine::ItemRects* items) {
     const bool close = ImGui::IsPopupOpen(kHelpTitle) && std::exchange(state.helpDialog, false);
     if (!beginDialog(kHelpTitle, state.helpDialog)) return;
     if (close) ImGui::CloseCurrentPopup();
-    const struct {
-        const char *what, *does;
-    } rows[]{
-        {"Left drag on the tool", "move it in the view plane; the mouse replaces any other device"},
-        {"Wheel or Page Up/Down while held", "move it away from you and back"},
-        {"Right drag or Shift+left drag on the tool", "turn it; the wheel then turns it about the line of sight"},
-        {"Arrows, comma, period while held", "turn it about the view's axes and about the line of sight"},
-        {"Click", "select the part under the cursor; on the background, clear the selection"},
-        {"Drag a handle of the selection", "move or turn it; with Ctrl in steps of 1 mm and 5°; Escape cancels"},
-        {"E", "align the handles with the local axes or the scene axes"},
-        {"Left drag elsewhere", "orbit the view"},
-        {"Right or middle drag elsewhere", "pan the view"},
-        {"Wheel", "zoom toward the cursor"},
-        {"F", "frame the selection, or everything if nothing is selected"},
-        {"A, Home", "frame all"},
-        {"Keypad 1, 3, 7", "front, right and top view; with Ctrl back, left and bottom"},
-        {"Space", "stop (zero force at once, the tool is held) or engage"},
-        {"R", "reset device and tool to the start"},
-        {"S", "swap rendering and shadow solver"},
-        {"H", "show or hide the panels"},
-        {"F2, F3, F4", "fold or unfold the scene and its settings, the plots, the log"},
-        {"Ctrl+O, Ctrl+S", "open a scene, save the scene"},
-        {"Ctrl+Z, Ctrl+Shift+Z", "undo and redo changes of settings and of the scene"},
-        {"Ctrl+Shift+C", "copy the run as a command line"},
-        {"F1, ?", "show or hide this help"},
-    };
-    if (ImGui::BeginTable("keys", 2)) {
-        ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed);
-        ImGui::TableSetupColumn("does", ImGuiTableColumnFlags_WidthFixed);
-        for (const auto& [what, does] : rows) {
-            ImGui::TableNextRow();
+    constexpr int kColumns = 2;
+    if (ImGui::BeginTable("columns", kColumns)) {
+        const float width =
+            0.5f * std::min(82 * ImGui::GetFontSize(), ImGui::GetMainViewport()->Size.x) - 2 * ImGui::GetFontSize();
+        for (int column = 0; column < kColumns; ++column)
+            ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, width);
+        for (const auto& groups : helpColumns()) {
             ImGui::TableNextColumn();
-            ImGui::TextUnformatted(what);
-            ImGui::TableNextColumn();
-            ImGui::TextUnformatted(does);
-        }
-        for (const DisplaySwitch& which : displaySwitches()) {
-            ImGui::TableNextRow();
-            ImGui::TableNextColumn();
-            ImGui::Text("%c", which.key);
-            ImGui::TableNextColumn();
-            ImGui::Text("show or hide: %s", which.title);
+            for (const HelpGroup& group : groups) drawHelpGroup(group);
         }
         ImGui::EndTable();
     }

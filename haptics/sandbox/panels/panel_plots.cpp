@@ -279,6 +279,11 @@ class Panel {
         return words;
     }
 
+    /// Whether a solver can render here: not a card whose way there and back is longer than a tick, as an emulated one.
+    bool fitsTick(const SolverInfo& info) const {
+        return !info.roundTrip || (isUsable(info) && info.roundTrip().us < 1e6 / rate());
+    }
+
     std::vector<engine::Layer> sweepLayers() const {
         std::vector<engine::Layer> layers;
         if (!view_.sweep) return layers;
@@ -300,6 +305,7 @@ class Panel {
         std::vector<engine::Layer> markers;
         for (std::size_t solver = 0; solver < solvers; ++solver) {
             const std::string_view name = friction ? frictionSolverTable()[solver].name : solverTable()[solver].name;
+            if (!friction && !fitsTick(solverTable()[solver])) continue;
             engine::Layer curve{.name = std::string(name), .points = {}, .color = kColors[solver % kColors.size()]};
             curve.style = engine::Layer::Style::Line;
             for (const SweepPoint& p : view_.sweep->points) {
@@ -308,11 +314,12 @@ class Panel {
                 curve.notes.push_back(note(p));
             }
             layers.push_back(curve);
-            if (friction || solverTable()[solver].exact) continue;
+            if (friction || solverTable()[solver].exact || curve.points.empty()) continue;
             engine::Layer& marker = markers.emplace_back(engine::Layer{.name = {}, .points = {}, .color = kWhite});
             marker.style = engine::Layer::Style::Marker;
             if (const auto at = pointAt(*view_.sweep, name, view_.settings.tolerance)) {
-                marker.name = engine::formatted("current tolerance: %.3g µs, %.2g N", at->us, at->forceError);
+                marker.name = engine::formatted("%s at its tolerance: %.3g µs, %.2g N", curve.name.c_str(), at->us,
+                                                at->forceError);
                 marker.points.push_back(place(*at));
                 marker.notes.push_back("at the current tolerance\n" + note(*at));
             }

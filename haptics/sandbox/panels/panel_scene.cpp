@@ -50,9 +50,15 @@ void drawTree(const SphereTree& tree, const std::string& part, engine::ItemRects
 
 /// Draws the size of the mesh by which a part is touched; the tooltip shows its features.
 void drawMesh(const Surface& surface, const std::string& part, engine::ItemRects* items) {
-    ImGui::Indent(ImGui::GetFontSize());
-    ImGui::TextDisabled("%d faces, closed", int(surface.features.faces.size()));
-    ImGui::Unindent(ImGui::GetFontSize());
+    // Beside the name where it fits, so that the list has room for more parts.
+    const std::string text = std::to_string(surface.features.faces.size()) + " faces";
+    ImGui::SameLine();
+    const bool fits = ImGui::GetContentRegionAvail().x >= ImGui::CalcTextSize(text.c_str()).x;
+    if (!fits) {
+        ImGui::NewLine();
+        ImGui::SetCursorPosX(ImGui::GetCursorPosX() + ImGui::GetFontSize());
+    }
+    ImGui::TextDisabled("%s", text.c_str());
     engine::noteItem(items, "mesh " + part);
     engine::tooltip(part + " is touched by its mesh: " + meshWords(surface) + ".");
 }

@@ -172,7 +172,8 @@ std::vector<HealthItem> healthItems(const HealthView& view) {
                                view.frame.drawingMs, view.frame.drawCalls, view.frame.cpuMs - view.frame.drawingMs,
                                s.record.helperUs) +
              (view.frame.software ? " No graphics card draws here, so the scene is drawn coarsely while it moves."
-                                  : "")},
+                                  : ""),
+         .brief = engine::formatted("%.0f ms", view.frame.periodMs)},
     };
     if (view.recorder)
         items.push_back({.name = "Recording",
@@ -199,14 +200,21 @@ bool drawStatusBar(const HealthView& view, engine::ItemRects* items) {
                                 : "Continues from the tool's pose, and the force fades in.\nKey Space");
         ImGui::SameLine(0, 0.6f * ImGui::GetFontSize());
     }
-    const std::vector<HealthItem> all = healthItems(view);
+    std::vector<HealthItem> all = healthItems(view);
     if (all.empty()) ImGui::TextDisabled("No scene is running.");
     // Move the items closer together if they would not fit otherwise.
     const float em = ImGui::GetFontSize(), inside = 0.35f * em;
-    float room = ImGui::GetContentRegionAvail().x;
-    for (const HealthItem& item : all)
-        room -= ImGui::CalcTextSize(item.name).x + inside + ImGui::CalcTextSize(item.value.c_str()).x;
-    const float between = std::clamp(room / static_cast<float>(all.size()), 0.5f * em, 1.2f * em);
+    const float count = static_cast<float>(all.size());
+    const auto roomLeft = [&] {
+        float room = ImGui::GetContentRegionAvail().x;
+        for (const HealthItem& item : all)
+            room -= ImGui::CalcTextSize(item.name).x + inside + ImGui::CalcTextSize(item.value.c_str()).x;
+        return room;
+    };
+    if (roomLeft() < 0.5f * em * count)
+        for (HealthItem& item : all)
+            if (!item.brief.empty()) item.value = item.brief;
+    const float between = std::clamp(roomLeft() / std::max(count, 1.f), 0.5f * em, 1.2f * em);
     for (const HealthItem& item : all) {
         if (&item != &all.front()) ImGui::SameLine(0, between);
         ImGui::BeginGroup();

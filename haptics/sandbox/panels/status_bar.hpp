@@ -37,6 +37,7 @@ struct HealthItem {
     std::string value;
     std::string help;
     bool attention = false;  ///< the value is out of the ordinary and is highlighted
+    std::string brief = {};  ///< in place of the value where the line has no room for it; empty: none
 };
 
 /// Rate, late ticks, dropped records, device, safety, load, passivity, status of the tick, priority, frame time,

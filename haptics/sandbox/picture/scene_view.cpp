@@ -159,6 +159,17 @@ void SceneView::fit(engine::OrbitCamera& camera, const Pose* X_WT, float aspect)
     fitPoints(camera, corners(X_WT, true, true), aspect);
 }
 
+void SceneView::fit(engine::OrbitCamera& camera, const Motion& motion, float aspect) const {
+    constexpr int kPoses = 64;
+    std::vector<glm::vec3> points = corners(nullptr, false, true);
+    for (int k = 0; k <= kPoses; ++k) {
+        const Pose X_WT = motion.at(motion.duration() * k / kPoses);
+        const std::vector<glm::vec3> tool = corners(&X_WT, true, false);
+        points.insert(points.end(), tool.begin(), tool.end());
+    }
+    fitPoints(camera, points, aspect);
+}
+
 engine::OrbitCamera SceneView::look(const Pose* X_WT, float aspect) const {
     engine::OrbitCamera camera;
     camera.yaw = kYaw;

@@ -46,6 +46,8 @@ class SceneView {
     /// Moves the camera, without turning it, so that all visible parts are in view. `X_WT`: tool pose; null: the pose
     /// of its node.
     void fit(engine::OrbitCamera& camera, const Pose* X_WT, float aspect) const;
+    /// The same for a motion of the tool, from its start to its end.
+    void fit(engine::OrbitCamera& camera, const Motion& motion, float aspect) const;
     /// The same view from the front and above, turned so that the gap between tool and obstacles is visible.
     engine::OrbitCamera look(const Pose* X_WT, float aspect) const;
     /// A view by a name that checkView() accepts; the empty name gives look(). `record` null: the tool is at its start.

@@ -47,13 +47,14 @@ void LiveTrials::draw(LiveSession& session, const glm::vec4& picture, engine::It
     }
     if (left() > 1) {
         ImGui::Separator();
-        ImGui::TextDisabled("Then %zu more:", left() - 1);
+        ImGui::TextDisabled("Then:");
     }
     for (std::size_t i = 1; i < std::min(left(), kShown + 1); ++i) {
         ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
         ImGui::TextWrapped("%d: %s", options_.queue[i].number, nameOf(options_.queue[i]).c_str());
         ImGui::PopStyleColor();
     }
+    if (left() > kShown + 1) ImGui::TextDisabled("and %zu more", left() - kShown - 1);
     ImGui::End();
 }
 

@@ -348,6 +348,8 @@ TEST_CASE("window: a demonstration is recorded by hand, replayed, undone, and sa
         })
         .click("set goal")
         .until([](WindowFrame& frame) { return frame.session.scene()->roles.goal.has_value(); })
+        .doing(
+            [](WindowFrame& frame) { CHECK(frame.session.scene()->roles.goal->depth == 0); })  // on the slab, not in it
         .click("replay demonstration")
         .until([](WindowFrame& frame) {
             return frame.session.device().choice == "demo" && frame.session.running() &&
@@ -390,6 +392,22 @@ TEST_CASE("window: a demonstration that presses on its way is not called stuck, 
     User user;
     user.until(isAtRest).doing([&](WindowFrame& frame) { CHECK_FALSE(isCalledStuck(frame)); }).until(isCalledStuck);
     CHECK(user.use(optionsFor(folder.path() / "press.glb")));
+}
+
+TEST_CASE("window: the whole demonstration is in the picture", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    engine::Scene scene = holdScene();
+    scene.animations[0] = translation(scene.nodes[0], {0, 0.5}, {{0, 0.015, 0, 0}, {0.3, 0.015, 0, 0}});
+    writeGltf(scene, folder.path() / "far.glb");
+    const auto isInPicture = [](WindowFrame& frame) {
+        const std::optional<glm::vec2> at = frame.toolOnScreen;
+        const glm::vec4& p = frame.picture;
+        return at && at->x > p.x && at->y > p.y && at->x < p.z && at->y < p.w;
+    };
+    User user;
+    user.until(isAtRest).doing([&](WindowFrame& frame) { CHECK(isInPicture(frame)); });
+    CHECK(user.use(optionsFor(folder.path() / "far.glb")));
 }
 
 TEST_CASE("window: undo takes back a recorded demonstration, and the page of the goal edits its tolerance", "[ui]") {

@@ -244,6 +244,7 @@ TEST_CASE("window tour: a study", "[ui][long]") {
     options.session.onTick = [&](const TickRecord& tick) {
         if (session) live.add(tick, *session);
     };
+    options.study = true;
     options.panel = [&](LiveSession& shown, const glm::vec4& picture, engine::ItemRects& items) {
         live.draw(shown, picture, &items);
     };
@@ -254,6 +255,10 @@ TEST_CASE("window tour: a study", "[ui][long]") {
     const auto ready = [&](WindowFrame& frame) { return live.ready(frame.session); };
     tour.until(ready).tap(GLFW_KEY_F4);
     tour.aside().look("trials-ready");
+    tour.doing([](WindowFrame& frame) {  // what the study has is not there to be changed
+        for (const char* item : {"set goal", "record demonstration", "stiffness", "preset default"})
+            CHECK(frame.items.count(item) == 0);
+    });
     tour.click("trial start").until([&](WindowFrame&) { return live.running(); });
     tour.aside().look("trials-running");
     tour.until(ready);

@@ -1,5 +1,6 @@
 // Panels drawn and operated in an ImGui context without window or GPU.
 #include <imgui.h>
+#include <imgui_internal.h>
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -160,6 +161,35 @@ TEST_CASE("haptics panel: no knob covers its value, and a factor keeps its decim
     CHECK(settings.frictionCoefficient == Approx(0.4).margin(0.05));
     bench.click("linearisations", draw, 0.4f);
     CHECK(settings.linearisations == 6);
+}
+
+TEST_CASE("haptics panel: a tooltip lies beside what it explains, and geometry is chosen where it has an effect",
+          "[panels]") {
+    Bench bench;
+    Settings settings;
+    HapticsPanelState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawHapticsPanel({}, {}, settings, state, requests, &bench.items); };
+    bench.frame(draw);
+    for (const char* item : {"stiffness", "stiffness value", "solver", "pause", "swap"}) {
+        CAPTURE(item);
+        const glm::vec4 r = bench.items.at(item);
+        ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
+        for (int i = 0; i < 3; ++i) bench.frame(draw);
+        const ImGuiWindow* tip = ImGui::FindWindowByName("##Tooltip_00");
+        REQUIRE(tip);
+        REQUIRE(tip->Active);
+        const bool beside = tip->Pos.y >= r.w || tip->Pos.y + tip->Size.y <= r.y;
+        CHECK(beside);
+    }
+    const auto chosen = [&] {
+        bench.click("geometry", draw);
+        return ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
+    };
+    settings.mode = Mode::Penalty;
+    CHECK_FALSE(chosen());
+    settings.mode = Mode::Default;
+    CHECK(chosen());
 }
 
 TEST_CASE("haptics panel: a typed value is kept to its last digit, an invalid one is refused with a message",
@@ -548,6 +578,27 @@ TEST_CASE("plots panel: says where there is no data, and draws the data where th
     record.shadowUs = 5;
     for (int i = 0; i < 5000; ++i) history.push(record);
     check(false);
+}
+
+TEST_CASE("plots panel: a longer number moves the plots at most once", "[panels]") {
+    Bench bench;
+    TickHistory history;
+    const Settings settings;
+    PlotsPanelState state;
+    PlotsRequests asked;
+    const auto draw = [&] { drawPlotsPanel({history, settings, {}, {}, "", false}, state, asked, &bench.items); };
+    const auto placeAfter = [&](float us) {
+        TickRecord record;
+        record.totalUs = record.collisionUs = record.solveUs = record.shadowUs = us;
+        for (int i = 0; i < 5000; ++i) history.push(record);
+        ImGui::GetIO().MousePos = {-100, -100};
+        for (int i = 0; i < 3; ++i) bench.frame(draw);
+        return bench.items.at("plot Tick period");
+    };
+    const glm::vec4 brief = placeAfter(1), wide = placeAfter(0.00123456f);
+    CHECK(wide.w != brief.w);  // the legend of three series needs another line
+    CHECK(placeAfter(1) == wide);
+    CHECK(placeAfter(0.00123456f) == wide);
 }
 
 TEST_CASE("plots panel: holds, zooms, looks back, and requests exports and sweeps", "[panels]") {
