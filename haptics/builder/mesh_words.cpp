@@ -8,10 +8,13 @@ namespace {
 
 constexpr std::size_t kListed = 3;  // most places that are named
 
-std::string placeWords(const MeshPatch& patch) {
-    char text[128];
-    std::snprintf(text, sizeof text, "%.3g mm across at (%.1f, %.1f, %.1f) mm", patch.across, patch.place.x(),
-                  patch.place.y(), patch.place.z());
+std::string placeWords(const MeshPatch& patch, const PlaceUnit& unit) {
+    char text[256];
+    int n = std::snprintf(text, sizeof text, "%.3g mm across at (%.1f, %.1f, %.1f) mm", patch.across, patch.place.x(),
+                          patch.place.y(), patch.place.z());
+    if (unit.mm != 1)
+        std::snprintf(text + n, sizeof text - std::size_t(n), ", which is (%.4g, %.4g, %.4g) %s",
+                      patch.place.x() / unit.mm, patch.place.y() / unit.mm, patch.place.z() / unit.mm, unit.name);
     return text;
 }
 
@@ -19,11 +22,11 @@ std::string counted(int n, const char* what) { return std::to_string(n) + " " + 
 
 }  // namespace
 
-std::string words(const MeshDefects& defects) {
+std::string words(const MeshDefects& defects, const PlaceUnit& unit) {
     std::string text;
     if (defects.holes > 0)
         text = counted(defects.holes, "hole") + " (" + counted(defects.openEdges, "open edge") + "), " +
-               (defects.holes == 1 ? "" : "the widest ") + placeWords(defects.largest);
+               (defects.holes == 1 ? "" : "the widest ") + placeWords(defects.largest, unit);
     if (defects.crowdedEdges > 0)
         text += (text.empty() ? "" : ", and ") + counted(defects.crowdedEdges, "edge") + " of more than two faces";
     if (defects.insideOut > 0)
@@ -31,7 +34,7 @@ std::string words(const MeshDefects& defects) {
     return text.empty() ? "faces that bound no volume" : text;
 }
 
-std::string words(const RepairedMesh& body) {
+std::string words(const RepairedMesh& body, const PlaceUnit& unit) {
     const MeshRepairs& repairs = body.repairs;
     char moved[64];
     std::snprintf(moved, sizeof moved, " (by up to %.2g mm)", body.weld / body.scale);
@@ -50,7 +53,7 @@ std::string words(const RepairedMesh& body) {
         if (patches.empty()) return;
         text += (text.empty() ? "" : ", ") + what + ": ";
         for (std::size_t i = 0; i < std::min(kListed, patches.size()); ++i)
-            text += (i > 0 ? ", " : "") + placeWords(patches[i]);
+            text += (i > 0 ? ", " : "") + placeWords(patches[i], unit);
         if (patches.size() > kListed) text += ", ...";
     };
     list(body.closedHoles, counted(int(body.closedHoles.size()), "hole") + " closed");

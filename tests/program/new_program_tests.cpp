@@ -119,6 +119,42 @@ TEST_CASE("new: the commands of docs/first-parts.md run as they stand", "[progra
     CHECK(seated == 10);
 }
 
+TEST_CASE("new: a tool modeled apart is turned and moved to its place, and a study follows at once",
+          "[program][slow]") {
+    const Program touchstone;
+    writeBox(touchstone.file("tool.obj"), {0, 0, 0}, {1, 2, 3});  // inches
+    writeBox(touchstone.file("plate.obj"), {0, -2, 0}, {10, -1.5, 10});
+    const std::string parts = "new --unit in --tool " + touchstone.file("tool.obj") + " --obstacle " +
+                              touchstone.file("plate.obj") + " --goal 0.5,2mm -o " + touchstone.file("a.glb");
+    const Answer made = touchstone(parts + " --tool-pose 10,1mm,0,0,0,90");
+    INFO(made.err);
+    REQUIRE(made.code == 0);
+    CHECK_THAT(made.out, Contains("tool, 50.8 x 25.4 x 76.2 mm"));
+    // Turned about z it lies from x = -2 to 0, and 10 further; its depth is that of the goal, wherever it was modeled.
+    CHECK((goalOf(open(touchstone.file("a.glb"))) - 25.4 * Vec3(9, -2, 1.5)).norm() < 1e-4);
+    for (const char* wrong : {"1,2", "1,2,3,4", "1,2,x", "1,2,3,4,5,6mm", "1,2,3furlong"}) {
+        CAPTURE(wrong);
+        const Answer refused = touchstone(parts + " --tool-pose " + wrong);
+        CHECK(refused.code == 2);
+        CHECK(isOneSentence(refused.err));
+    }
+
+    // Five simulated hands, in the same command.
+    const std::string study =
+        kParts + "--assembled --study " + touchstone.file("study") + " -o " + touchstone.file("fit.glb");
+    const Answer ran = touchstone(study);
+    INFO(ran.err << ran.out);
+    CHECK(ran.code == 0);
+    CHECK_THAT(ran.out, Contains("5 of 5 trials are in"));
+    const std::string trials = textOf(touchstone.file("study/trials.csv"));
+    std::size_t seated = 0;
+    for (std::size_t at = 0; (at = trials.find(",seated,", at)) != std::string::npos; ++at) ++seated;
+    CHECK(seated == 5);
+    CHECK(touchstone("new --tool " + touchstone.file("tool.obj") + " --obstacle " + touchstone.file("plate.obj") +
+                     " --study s -o b.glb")
+              .code == 2);
+}
+
 TEST_CASE("new: without assembled position the goal lies by its depth below the obstacle", "[program]") {
     const Program touchstone;
     writeBox(touchstone.file("tool.obj"), {4, -1, -1}, {6, 1, 1});  // inches, its axis at x = 5
@@ -214,6 +250,15 @@ TEST_CASE("new: what is closed or open is named with its place in the file, and 
             CHECK(named(zUp ? "1 hole (4 open edges), 14.1 mm across at (10.0, 5.0, 4.0) mm"
                             : "1 hole (4 open edges), 14.1 mm across at (10.0, 4.0, 5.0) mm"));
         if (ofPlate == 1) CHECK(named(zUp ? "at (25.0, 5.0, -1.0) mm" : "at (25.0, -1.0, 5.0) mm"));
+        if (ofTool == 1) {  // in the unit of the file, too, and where the part is in its file, not where it was put
+            const Answer inches = touchstone(
+                "new --tool tool.obj --obstacle plate.obj --unit in --tool-pose 0,0,5,0,0,90 --goal 1 --leaves 64 -o "
+                "b.glb" +
+                std::string(zUp ? " --up z" : ""));
+            INFO(inches.out << inches.err);
+            CHECK_THAT(inches.out, Contains(zUp ? "at (254.0, 127.0, 101.6) mm, which is (10, 5, 4) in"
+                                                : "at (254.0, 101.6, 127.0) mm, which is (10, 4, 5) in"));
+        }
         CHECK(named("/touchstone fit ") == !open);
         std::istringstream lines(made.out.substr(made.out.find("Next:\n") + 6));
         for (std::string line; std::getline(lines, line);) {

@@ -2,12 +2,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <numbers>
+#include <vector>
 
 #include "engine/edit/scene_scale.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/gltf_write.hpp"
 #include "engine/scene/mesh_file.hpp"
+#include "haptics/files/output_file.hpp"
 #include "haptics/sandbox/measure/goal_check.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/units.hpp"
@@ -16,6 +19,7 @@
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/new_scene.hpp"
 #include "tools/touchstone/tree_parts.hpp"
+#include "tools/touchstone/trials.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -23,15 +27,16 @@ namespace {
 namespace fs = std::filesystem;
 
 struct NewOptions {
-    fs::path tool, scene, output;
+    fs::path tool, scene, output, study;
     std::vector<fs::path> obstacles;
     std::string toolName;
     std::vector<std::string> obstacleNames;
     std::string unit = "mm", up = "y";
-    double crease = 30;  ///< degrees
-    std::string axis;    ///< in coordinates with `up`; empty: up
-    std::string goal;    ///< DEPTH[,TOLERANCE]
-    std::string thread;  ///< LEAD
+    double crease = 30;    ///< degrees
+    std::string axis;      ///< in coordinates with `up`; empty: up
+    std::string goal;      ///< DEPTH[,TOLERANCE]
+    std::string thread;    ///< LEAD
+    std::string toolPose;  ///< X,Y,Z[,RX,RY,RZ]
     bool assembled = false, demonstration = false;
     double scale = 1;  ///< of the scene
     TreeChoice tree;   ///< of all parts
@@ -75,6 +80,48 @@ NewGoal goalOf(const NewOptions& options) {
     NewGoal goal{.depth = goalLength(options.goal.substr(0, comma), options.unit), .tolerance = {}};
     if (comma != std::string::npos) goal.tolerance = goalLength(options.goal.substr(comma + 1), options.unit);
     return goal;
+}
+
+/// Where the tool is put instead of where it is modeled.
+engine::RigidPart toolPoseOf(const NewOptions& options) {
+    engine::RigidPart pose;
+    if (options.toolPose.empty()) return pose;
+    const auto refuse = [&] {
+        throw UsageError("--tool-pose takes X,Y,Z or X,Y,Z,RX,RY,RZ: lengths like 100mm and angles in degrees, not '" +
+                         options.toolPose + "'");
+    };
+    std::vector<std::string> words(1);
+    for (const char c : options.toolPose) c == ',' ? words.emplace_back() : words.back() += c;
+    if (words.size() != 3 && words.size() != 6) refuse();
+    for (int k = 0; k < int(words.size()); ++k) {
+        const std::string& word = words[std::size_t(k)];
+        const std::size_t end = word.find_last_of("0123456789.") + 1;
+        const auto number = readNumber(word.substr(0, end), -1e6, 1e6);
+        if (!number || (k >= 3 && end < word.size())) {
+            refuse();
+            return pose;
+        }
+        if (k < 3)
+            pose.translation[k] = *number * metresPer(end < word.size() ? word.substr(end) : options.unit);
+        else
+            pose.rotation = glm::angleAxis(glm::radians(*number), glm::dvec3(k == 3, k == 4, k == 5)) * pose.rotation;
+    }
+    return pose;
+}
+
+/// Five simulated hands put the tool into its goal.
+int study(const NewOptions& options) {
+    makeFolder(options.study, "the study");
+    const fs::path protocol = options.study / "study.json";
+    const nlohmann::ordered_json file{
+        {"format", "touchstone trials"},
+        {"version", 1},
+        {"participants", 5},
+        {"scene", fs::absolute(options.output).string()},
+        {"time_limit_s", 20},
+        {"conditions", nlohmann::ordered_json::array({{{"name", options.output.stem().string()}}})}};
+    writeFile(protocol, "the protocol", file.dump(1) + "\n");
+    return runStudy(protocol, options.study);
 }
 
 /// The direction in the scene, whose +y is up.
@@ -141,7 +188,8 @@ int makeNew(const NewOptions& options) {
     if (options.tree.leaves.value_or(sandbox::kMinLeaves) < sandbox::kMinLeaves)
         throw UsageError("--leaves is at least " + std::to_string(sandbox::kMinLeaves) + " in a scene");
 
-    const PartFrame frame{metresPer(options.unit), options.up == "z", options.crease * std::numbers::pi / 180};
+    const PartFrame frame{options.unit.c_str(), metresPer(options.unit), options.up == "z",
+                          options.crease * std::numbers::pi / 180};
     NewScene parts;
     parts.name = options.output.stem().string();
     parts.tree = options.tree;
@@ -154,14 +202,17 @@ int makeNew(const NewOptions& options) {
         parts.goal->lead = leadOf(options);
     }
     parts.demonstration = options.demonstration;
+    if (!options.study.empty() && !parts.goal)
+        throw UsageError("--study needs a goal: give --goal DEPTH, or --assembled");
     std::vector<std::string> warnings;
-    const auto read = [&](const fs::path& file, const std::string& name, const engine::Material& material) {
-        Part part = readPart(file, frame, material);
+    const auto read = [&](const fs::path& file, const std::string& name, const engine::Material& material,
+                          const engine::RigidPart& pose = {}) {
+        Part part = readPart(file, frame, material, pose);
         if (!name.empty()) part.name = name;
         warnings.insert(warnings.end(), part.notes.begin(), part.notes.end());
         return part;
     };
-    parts.tool = read(options.tool, options.toolName, {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f});
+    parts.tool = read(options.tool, options.toolName, {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f}, toolPoseOf(options));
     for (std::size_t i = 0; i < options.obstacles.size(); ++i)
         parts.obstacles.push_back(read(options.obstacles[i],
                                        i < options.obstacleNames.size() ? options.obstacleNames[i] : "",
@@ -189,16 +240,19 @@ int makeNew(const NewOptions& options) {
     for (const std::string& warning : warnings) std::printf("  warning: %s\n", engine::escaped(warning).c_str());
     const auto isOpen = [](const Part& part) { return part.open; };
     printNext(options, !parts.tool.open && std::ranges::none_of(parts.obstacles, isOpen));
-    return kOk;
+    return options.study.empty() ? kOk : study(options);
 }
 
 constexpr const char* kNewFooter =
-    "The lengths of --goal and --thread may have a unit (20mm, 0.5in); without one they are in that of --unit.\n\n"
+    "The lengths of --goal, --thread and --tool-pose may have a unit (20mm, 0.5in); without one they are in that of "
+    "--unit.\n\n"
     "Examples:\n"
     "  touchstone new --tool shaft.stl --obstacle hole.stl -o fit.glb   place the tool in the window, then *Set goal "
     "here*\n"
     "  touchstone new --tool peg.stl --obstacle block.stl --up z --assembled --demo -o peg.glb\n"
     "  touchstone new --tool peg.stl --obstacle block.obj --goal 20mm,0.5mm --demo -o peg.glb\n"
+    "  touchstone new --tool shaft.stl --obstacle hub.stl --unit in --up z --tool-pose 0,-100mm,0,0,0,90 --goal 0.6 "
+    "-o d.glb --study d\n"
     "  touchstone new --tool nut.stl --obstacle bolt.stl --up z --assembled --thread 2mm --demo -o nut.glb\n"
     "  touchstone new --scene nut.glb --scale 0.001 -o small.glb   millimeters that were taken for meters\n";
 
@@ -244,6 +298,10 @@ void addNew(CLI::App& program, Action& action) {
         "--goal", options->goal,
         "DEPTH[,TOLERANCE]: the tool should end with its lowest point DEPTH below the highest of the "
         "obstacles, within TOLERANCE (default: a hundredth of the tool, at most 1 mm)"));
+    ofPart(command->add_option(
+        "--tool-pose", options->toolPose,
+        "X,Y,Z[,RX,RY,RZ]: the tool is turned about the x, y and z axes of its file by these degrees, one after the "
+        "other, and then moved by X,Y,Z, before anything else is measured: for parts that are modeled apart"));
     ofPart(command->add_option("--axis", options->axis,
                                "the way out: x, y, z, -x, -y or -z in coordinates with that --up (default: up)"));
     ofPart(command->add_option(
@@ -253,6 +311,9 @@ void addNew(CLI::App& program, Action& action) {
     ofPart(command->add_flag("--demo", options->demonstration,
                              "add a demonstration: straight in along that axis, or on the thread, from outside to the "
                              "goal"));
+    ofPart(
+        command->add_option("--study", options->study,
+                            "run a study of five simulated hands, and write its protocol and results to this folder"));
     CLI::Option* scene = command->add_option("--scene", options->scene, "in place of parts: a scene to copy, scaled");
     for (CLI::Option* option : ofParts) scene->excludes(option);
     command->add_option("--scale", options->scale, "by which the scene is scaled")->needs(scene);

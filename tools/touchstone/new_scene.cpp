@@ -53,8 +53,9 @@ TriangleMesh shownTriangles(const Scene& scene) {
 }
 
 /// The box around what is shown and encloses something: a stray triangle is no part of the part. Adds a note on what is
-/// left out, closed, or open, with its place in the coordinates of the file.
-void findBox(Part& part, const std::string& file, bool zUp) {
+/// left out, closed, or open, with its place in the coordinates of the file, which has them in `unit`, with +z up if
+/// `zUp`, and whose part was put to `pose`.
+void findBox(Part& part, const std::string& file, bool zUp, const PlaceUnit& unit, const engine::RigidPart& pose) {
     TriangleMesh shown = shownTriangles(part.content);
     if (shown.triangles.empty())
         throw engine::SceneError(file + ": shows no triangles; export the part with its mesh visible");
@@ -73,17 +74,20 @@ void findBox(Part& part, const std::string& file, bool zUp) {
         const auto inFile = [&](Vec3& place) {
             place += sandbox::kMmPerMeter * base;
             if (zUp) place = {place.x(), 0 - place.z(), place.y()};
+            const glm::dvec3 own = glm::inverse(pose.rotation) * (glm::dvec3(place.x(), place.y(), place.z()) -
+                                                                  sandbox::kMmPerMeter * pose.translation);
+            place = {own.x, own.y, own.z};
         };
         for (std::vector<MeshPatch>* patches : {&body.closedHoles, &body.loose})
             for (MeshPatch& patch : *patches) inFile(patch.place);
         if (!body.loose.empty() || !body.closedHoles.empty())
-            part.notes.push_back(file + ": was repaired: " + words(body));
+            part.notes.push_back(file + ": was repaired: " + words(body, unit));
         part.open = !body.closed();
         if (part.open) {
             MeshDefects defects = defectsOf(body);
             inFile(defects.largest.place);
             part.notes.push_back(
-                file + " has " + words(defects) +
+                file + " has " + words(defects, unit) +
                 ": it is touched by its spheres, and its fit cannot be measured, until you close it in "
                 "the program that made it");
         }
@@ -210,13 +214,18 @@ engine::Animation demonstration(Entity tool, const glm::dvec3& start, const glm:
 
 }  // namespace
 
-Part readPart(const std::filesystem::path& file, const PartFrame& frame, const engine::Material& material) {
+Part readPart(const std::filesystem::path& file, const PartFrame& frame, const engine::Material& material,
+              const engine::RigidPart& pose) {
     Part part;
     part.name = file.stem().string();
     if (engine::isMeshFile(file)) {
         engine::MeshFile read = engine::readMeshFile(file, frame.meters);
         part.notes = std::move(read.notes);
         engine::MeshData mesh = engine::splitAtCreases(read.mesh, frame.crease);
+        if (pose.rotation != glm::dquat(1, 0, 0, 0))
+            for (std::vector<glm::vec3>* vectors : {&mesh.positions, &mesh.normals})
+                for (glm::vec3& v : *vectors) v = glm::vec3(pose.rotation * glm::dvec3(v));
+        read.origin = pose.translation + pose.rotation * read.origin;
         if (frame.zUp)
             for (std::vector<glm::vec3>* vectors : {&mesh.positions, &mesh.normals})
                 for (glm::vec3& v : *vectors) v = {v.x, v.z, 0 - v.y};
@@ -229,9 +238,17 @@ Part readPart(const std::filesystem::path& file, const PartFrame& frame, const e
     } else {
         part.content = engine::readGltf(file);
         for (const std::string& warning : part.content.warnings) part.notes.push_back(warning);
+        for (const Entity root : part.content.roots) {
+            auto& local = part.content.registry.get<engine::LocalTransform>(root);
+            local.translation = pose.translation + pose.rotation * local.translation;
+            local.rotation = pose.rotation * local.rotation;
+        }
     }
     engine::updateWorldTransforms(part.content);
-    findBox(part, file.string(), frame.zUp && engine::isMeshFile(file));
+    const bool isMesh = engine::isMeshFile(file);
+    findBox(part, file.string(), frame.zUp && isMesh,
+            isMesh ? PlaceUnit{frame.unit, frame.meters * sandbox::kMmPerMeter} : PlaceUnit{"m", sandbox::kMmPerMeter},
+            pose);
     return part;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/scene/scene.hpp"
+#include "engine/scene/transforms.hpp"
 #include "haptics/sandbox/scene/role.hpp"
 #include "tools/touchstone/tree_choice.hpp"
 
@@ -14,7 +15,8 @@ namespace touchstone::app {
 
 /// How coordinates of parts in STL, OBJ and PLY files are read. Those of glTF files are meters with +y up.
 struct PartFrame {
-    double meters = 0.001;               ///< a unit of the coordinates
+    const char* unit = "mm";             ///< of the coordinates
+    double meters = 0.001;               ///< of that unit
     bool zUp = false;                    ///< +z is up; else +y
     double crease = 0.5235987755982988;  ///< edges that turn by more are drawn sharp, rad
 };
@@ -29,9 +31,11 @@ struct Part {
     std::vector<std::string> notes;  ///< what was ignored in the file
 };
 
-/// Reads an STL, OBJ, PLY, glTF or GLB file. `material` is that of a file without materials. Throws
-/// engine::SceneError with one sentence.
-Part readPart(const std::filesystem::path& file, const PartFrame& frame, const engine::Material& material);
+/// Reads an STL, OBJ, PLY, glTF or GLB file. `material` is that of a file without materials; `pose` turns the part
+/// about the origin of its file, and then moves it, both in the axes of the file, meters. Throws engine::SceneError
+/// with one sentence.
+Part readPart(const std::filesystem::path& file, const PartFrame& frame, const engine::Material& material,
+              const engine::RigidPart& pose = {});
 
 /// Where the tool should end, relative to the scene's parts.
 struct NewGoal {

@@ -243,6 +243,15 @@ int trials(const TrialsCommand& command) {
     return stopped ? kSignalled + StopRequest::signal() : kOk;
 }
 
+}  // namespace
+
+int runStudy(const fs::path& protocol, const fs::path& out) {
+    TrialsCommand command{.protocol = protocol, .out = out, .shard = {}, .headless = true, .uiScale = {}};
+    return trials(command);
+}
+
+namespace {
+
 int summarizeTrials(const TrialsSummaryCommand& command) {
     for (const fs::path& folder : command.folders)
         if (!fs::exists(folder / kProtocolFile))

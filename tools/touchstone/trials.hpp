@@ -32,4 +32,8 @@ void writeTable(const std::filesystem::path& folder, const std::vector<TrialRow>
 void summarize(const std::filesystem::path& folder, const std::vector<TrialRow>& rows,
                const sandbox::Protocol& protocol);
 
+/// Runs what is missing of the study of a protocol file without a window and writes its results to `out`, as
+/// `touchstone trials --headless` does. Returns an exit code.
+int runStudy(const std::filesystem::path& protocol, const std::filesystem::path& out);
+
 }  // namespace touchstone::app

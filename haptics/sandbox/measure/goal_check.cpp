@@ -122,6 +122,11 @@ std::string insideClause(const World& world, const PartGap& inside, const FreePl
         (free.raised ? engine::formatted("the goal lies %.*f mm inside ", depth < 0.1 ? 4 : 3, depth) + name
                      : engine::formatted("the parts overlap by %.*f mm beside ", depth < 0.1 ? 4 : 3, depth) + name) +
         engine::formatted(", at (%.1f, %.1f, %.1f) mm", inside.p_W.x(), inside.p_W.y(), inside.p_W.z());
+    if (const Pose& X_WO = world.obstacles[inside.obstacle].X_WO; X_WO != Pose{}) {
+        const Vec3 own = X_WO.inverse() * inside.p_W;
+        clause +=
+            engine::formatted(", which is (%.1f, %.1f, %.1f) mm in its own coordinates", own.x(), own.y(), own.z());
+    }
     if (!free.raised && !free.turned) return clause;
     clause += "; it fits when ";
     if (free.turned) clause += engine::formatted("turned by %.1f°", free.turned->turn / kDegree);
