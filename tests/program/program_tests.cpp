@@ -541,6 +541,14 @@ TEST_CASE("program: a picture needs no display, and shows the largest force unle
     CHECK(same == strongest);
     CHECK(pictureOf(press + " --seconds 0.801").second != strongest);
 
+    // Three pictures: before, at the largest force, as above, and at the end.
+    CHECK_THAT(touchstone("run " + press + " --headless --pictures " + touchstone.file("three")).out,
+               Contains("pictures of the start, the largest force and the end: "));
+    CHECK(textOf(touchstone.file("three/2-contact.png")) == strongest);
+    CHECK(textOf(touchstone.file("three/3-end.png")) == pictureOf(press + " --seconds 0.801").second);
+    CHECK(textOf(touchstone.file("three/1-before.png")) == pictureOf(press + " --seconds 0.001").second);
+    CHECK(touchstone("run " + press + " --pictures x").code == 2);
+
     engine::Scene clear = pressScene();
     for (glm::dvec4& p : clear.animations[0].channels[0].values) p.y += 0.02;
     (*clear.registry.get<engine::NodeMarking>(clear.nodes[0]).extras)["touchstone"].erase("outcome");

@@ -47,7 +47,7 @@ struct RunOptions {
     std::optional<double> seconds;
     std::string device;  ///< empty: defaultDevice()
     SettingsChoice settings;
-    std::filesystem::path report, ticks, screenshot, dumpQp, sweep, record;  ///< empty: none
+    std::filesystem::path report, ticks, screenshot, pictures, dumpQp, sweep, record;  ///< empty: none
     std::string show, view;  ///< of the picture: applyShowList(), checkView()
     std::string plots;       ///< the plots that a window shows first: time, contact, friction or trade
     std::optional<float> uiScale;
@@ -192,11 +192,13 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     for (const std::string& sentence : keepRoundTripsInTick(settings, shares)) spdlog::warn("{}", sentence);
     sandbox::ScenePicture picture{.display = chosenDisplay(options), .view = options.view};
     std::vector<TickRecord> ticks;  // for the trace
-    const bool traced = picture.display.trace && !options.screenshot.empty();
+    const bool traced = picture.display.trace && !(options.screenshot.empty() && options.pictures.empty());
+    std::optional<sandbox::RunMoment> first;
     sandbox::TickHistory last(2);
     Outputs outputs;
     headless.onTick = [&](const TickRecord& record, double penetration) {
         last.push(record);
+        if (!first) first = {record, settings, 1};
         if (table && outputs.good(kTicks))
             outputs.write(kTicks, [&] { table->add(record, penetration, settings.rate); });
         if (traced) ticks.push_back(record);
@@ -229,19 +231,31 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
                     "--seconds");
             writeSweep(*sandbox::sweepContact(*contact), options.sweep);
         });
+    const auto draw = [&](const sandbox::RunMoment& shown, const std::filesystem::path& target) {
+        if (traced) picture.before = std::span(ticks).first(shown.ticks);
+        engine::writePng(target, sandbox::renderScene(scene, shown.record, shown.settings, picture));
+    };
+    const sandbox::RunMoment end{run.last, run.settings, run.report.ticks};
     if (!options.screenshot.empty())
         outputs.write("picture", [&] {
             // A requested time is the time to show; otherwise the last tick is often long after the contact.
             const bool ofLast = options.seconds || !run.strongest;
-            const sandbox::RunMoment shown =
-                ofLast ? sandbox::RunMoment{run.last, run.settings, run.report.ticks} : *run.strongest;
-            if (traced) picture.before = std::span(ticks).first(shown.ticks);
-            engine::writePng(options.screenshot, sandbox::renderScene(scene, shown.record, shown.settings, picture));
+            const sandbox::RunMoment& shown = ofLast ? end : *run.strongest;
+            draw(shown, options.screenshot);
             std::printf("  picture at %.3f s, %s: %s\n", static_cast<double>(shown.ticks - 1) / shown.settings.rate,
                         options.seconds ? "the last tick"
                         : ofLast        ? "the last tick, since the tool touched nothing"
                                         : "where the force is largest",
                         options.screenshot.c_str());
+        });
+    if (!options.pictures.empty() && first)
+        outputs.write("pictures", [&] {
+            makeFolder(options.pictures, "the pictures");
+            draw(*first, options.pictures / "1-before.png");
+            if (run.strongest) draw(*run.strongest, options.pictures / "2-contact.png");
+            draw(end, options.pictures / "3-end.png");
+            std::printf("  pictures of the start%s and the end: %s\n", run.strongest ? ", the largest force" : "",
+                        options.pictures.c_str());
         });
     if (!run.recordingFailure.empty())
         outputs.write("recording", [&] { throw std::runtime_error(run.recordingFailure); });
@@ -343,6 +357,7 @@ int runScene(const RunOptions& options) {
     if (options.headless && !options.select.empty()) throw UsageError("--select needs a window: leave out --headless");
     if (options.headless && options.uiScale) throw UsageError("--ui-scale needs a window: leave out --headless");
     if (options.headless) return runHeadless(options, file);
+    if (!options.pictures.empty()) throw UsageError("--pictures needs a headless run: add --headless");
     if (options.verbose) throw UsageError("--verbose needs a headless run: add --headless");
     if (options.paced) throw UsageError("--paced needs a headless run: add --headless");
     if (!options.dumpQp.empty()) throw UsageError("--dump-qp needs a headless run: add --headless");
@@ -440,6 +455,10 @@ void addRun(CLI::App& program, Action& action) {
         "--screenshot", options->screenshot,
         "write a picture to a PNG file: in a window, of the last frame; headless, of the last tick with --seconds, "
         "else of the tick with the largest force within the device's limits, if any is felt");
+    run->add_option(
+        "--pictures", options->pictures,
+        "headless: write pictures of the first tick, of the one with the largest force and of the last to a "
+        "folder: 1-before.png, 2-contact.png, 3-end.png");
     run->add_option("--show", options->show,
                     "overlays to draw, comma-separated: " + namesOf(sandbox::displaySwitches()) +
                         "; no-NAME hides one, trees:LEVEL, section:x");

@@ -14,8 +14,9 @@
 namespace touchstone::app {
 namespace {
 
+/// Whether a figure of contact would be printed as more than zero.
 bool touched(const sandbox::Report& report) {
-    return report.force > 0 || report.torque > 0 || report.penetration.max.value_or(0) > 0;
+    return report.force >= 0.005 || report.torque >= 0.05 || report.penetration.max.value_or(0) >= 5e-7;
 }
 
 void printPercentiles(const char* what, const Percentiles& values, const char* unit) {
