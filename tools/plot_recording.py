@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Draws a recording:  tools/plot_recording.py DIR OUT.svg
-Force, distance from tool to device, and CPU time over time. Red marks at the top are late ticks; gray bands are skipped
-ticks, which the recording lacks. An example of how to read a recording: numpy.load suffices. The names of the columns
-are listed in docs/recording.md."""
+Force, torque, and CPU time over time. Red marks at the top are late ticks; gray bands are skipped ticks, which the
+recording lacks. An example of how to read a recording: numpy.load suffices. The names of the columns are listed in
+docs/recording.md."""
 import json
 import sys
 
@@ -37,7 +37,7 @@ time, skipped = seconds()
 late = np.flatnonzero(np.diff(ticks["overruns"].astype(np.int64)) > 0)  # a row counts the late ticks before it
 curves = [
     ("force, N", np.linalg.norm(vector("force", "N"), axis=1), "#c0392b"),
-    ("distance from tool to device, mm", np.linalg.norm(vector("tool", "mm") - vector("device", "mm"), axis=1), "#2471a3"),
+    ("torque, mN·m", np.linalg.norm(vector("torque", "mNm"), axis=1), "#2471a3"),
     ("CPU time of the tick, µs", ticks["total_us"], "#7d6608"),
 ]
 
