@@ -22,7 +22,7 @@ void drawDemonstration(const DemonstrationView& view, PanelRequests& requests, e
     engine::noteItem(items, "record demonstration");
     engine::tooltip(
         "Records how you move the tool, with any device. When you finish, it is the demonstration of the scene: Replay "
-        "runs it, Ctrl+S saves it, Ctrl+Z takes it back. A pause takes no time; Reset begins again.");
+        "runs it, Ctrl+S saves it, Ctrl+Z brings back the one before. A pause takes no time; Reset begins again.");
     const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
     ImGui::BeginDisabled(!view.running || !view.hasDemonstration || view.recordedMs);
     if (ImGui::Button("Replay", {half, 0})) requests.replayDemonstration = true;

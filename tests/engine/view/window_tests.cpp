@@ -128,6 +128,23 @@ TEST_CASE("window: text has the scale of the monitor, or the one chosen", "[ui]"
     CHECK(heightAt({}) == Approx(std::round(x * one)));
 }
 
+TEST_CASE("window: is no larger than the screen, at its start and when it is given a remembered size", "[ui]") {
+    if (noDisplay()) return;
+    WindowOptions options = small();
+    options.width = 9000;
+    options.height = 7000;
+    Window window(options);
+    glm::ivec2 corner, room;
+    glfwGetMonitorWorkarea(glfwGetPrimaryMonitor(), &corner.x, &corner.y, &room.x, &room.y);
+    const auto settled = [&] {
+        for (int i = 0; i < 5 && window.beginFrame(); ++i) window.endFrame();
+        return window.size();
+    };
+    CHECK(settled() == room);
+    window.setSize({8000, 300});
+    CHECK(settled() == glm::ivec2(room.x, 300));
+}
+
 TEST_CASE("window: a plot shows a spike of one sample and accepts NaN and empty data", "[ui]") {
     if (noDisplay()) return;
     Window window(small());
