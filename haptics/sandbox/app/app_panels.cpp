@@ -37,7 +37,7 @@ void App::drawPanels(const engine::Layout& layout) {
                         .recent = recent_.list(),
                         .file = session_.request().file,
                         .device = device,
-                        .running = session_.running(),
+                        .running = session_.running() && !options_.study,  // the study has device, goal and motion
                         .hasScene = viewed_ != nullptr,
                         .hasDemonstration = viewed_ && viewed_->demonstration,
                         .hasSelection = bool(selection_.node()),
@@ -164,7 +164,7 @@ void App::drawLeftPanel() {
     const std::string hardware = device ? session_.device().choice + session_.device().trouble : "";
     const bool isNewDevice = hardware != std::exchange(pageDevice_, hardware);
     if (!device && options_.study) {
-        ImGui::TextWrapped("The study has the settings.");
+        ImGui::TextWrapped("The study sets all settings.");
         return;
     }
     if (!selected && !device) {
