@@ -261,6 +261,8 @@ bool DefaultTick::run(Wrench& wrench) {
     return true;
 }
 
-bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench) { return DefaultTick(tick, device).run(wrench); }
+bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench) {
+    return isForOneLoop(tick) ? oneLoopTick(tick, device, wrench) : DefaultTick(tick, device).run(wrench);
+}
 
 }  // namespace touchstone

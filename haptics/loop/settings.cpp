@@ -24,7 +24,7 @@ struct SolverName {
 };
 
 using Field = std::variant<double Settings::*, int Settings::*, std::int64_t Settings::*, bool Settings::*,
-                           Mode Settings::*, Geometry Settings::*, Screening Settings::*, SolverName>;
+                           Mode Settings::*, Geometry Settings::*, Loop Settings::*, Screening Settings::*, SolverName>;
 
 struct Row {
     SettingInfo info;
@@ -154,6 +154,10 @@ constexpr Row kRows[] = {
       "ticks per second; a higher rate allows a higher stiffness without vibration and leaves less time for a tick",
       250, 10000, SettingGroup::Contact, "Tick rate", 250, 10'000},
      &Settings::rate},
+    {{"loop", "",
+      "for developers: classic: the loop of default mode; one: its successor between meshes, as far as it goes yet", 0,
+      0},
+     &Settings::loop},
     {{"pause", "", "hold the tool with zero force", 0, 0}, &Settings::pause},
     {{"dead_man", "", "button of the device, from 1, that must be held for any force; 0: no button", 0, 32,
       SettingGroup::More, "Dead-man button", 0, 8},
@@ -168,10 +172,12 @@ constexpr auto kInfos = [] {
 
 constexpr std::string_view kModeNames[] = {"default", "paper", "penalty", "god-object"};
 constexpr std::string_view kGeometryNames[] = {"mesh", "spheres"};
+constexpr std::string_view kLoopNames[] = {"classic", "one"};
 constexpr std::string_view kScreeningNames[] = {"none", "screen", "cluster"};
 
 std::span<const std::string_view> namesOf(Mode Settings::*) { return kModeNames; }
 std::span<const std::string_view> namesOf(Geometry Settings::*) { return kGeometryNames; }
+std::span<const std::string_view> namesOf(Loop Settings::*) { return kLoopNames; }
 std::span<const std::string_view> namesOf(Screening Settings::*) { return kScreeningNames; }
 template <class E>
 concept Enumeration = std::is_enum_v<E>;

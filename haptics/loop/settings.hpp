@@ -22,11 +22,18 @@ enum class Geometry : std::uint8_t {
     Spheres,  ///< the leaves of the sphere trees, as in the paper
 };
 
+/// How default mode finds its steps between meshes.
+enum class Loop : std::uint8_t {
+    Classic,
+    One,  ///< without friction, and with obstacles that rest; else as Classic
+};
+
 /// Constant within a tick. A plain struct: it travels by value from the panels to the loop. The table in settings.cpp
 /// says for each value what happens if it is larger or smaller.
 struct Settings {
     Mode mode = Mode::Default;
     Geometry geometry = Geometry::Mesh;
+    Loop loop = Loop::Classic;
     double contactDistance = 0.002;  ///< δ, mm: distance that is kept between the features of meshes
     // Solvers by name, as literals or as solverTable() and frictionSolverTable() have them.
     std::string_view solver = kExactSolver;                  ///< moves the tool

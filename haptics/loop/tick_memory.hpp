@@ -77,6 +77,7 @@ struct TickState::Impl {
     RowSet rows{kRowCapacity};              ///< of the present linearization
     RowSet crossedRows{kRowCapacity};       ///< rows that an answer crosses, before they join `rows`
     RowSet heldRows{kHeldRows};             ///< on which steps of this tick ended, seen from the present pose
+    RowSet lastRows{kHeldRows};             ///< on which the last step ended, likewise
     RowSet notDeeperRows{kRowCapacity};     ///< `rows` with every negative gap set to zero
     RowSet shadowRows{kShadowRowCapacity};  ///< the rows with the smallest gaps, for the shadow
     AlignedVector<int> shadowOrder;         ///< indices that select them
@@ -195,6 +196,9 @@ struct Tick {
 /// The modes. Each moves `state.graphic` toward `device` and sets `wrench`. If it returns false, the tool is held and
 /// there is no force.
 bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench);
+/// Default mode between meshes by one loop. Pre: isForOneLoop().
+bool oneLoopTick(Tick& tick, const Pose& device, Wrench& wrench);
+bool isForOneLoop(const Tick& tick);
 bool paperTick(Tick& tick, const Pose& device, Wrench& wrench);
 bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench);
 bool godObjectTick(Tick& tick, const Pose& device, Wrench& wrench);

@@ -1,0 +1,466 @@
+// One loop for contact between meshes: from where the tool is to the pose that is nearest to the device.
+//
+//   repeat
+//     rows := the known contacts whose features still face each other, as they are at this pose           collectRows
+//     without any, and with the device far: fly straight, as far as the way is free                       fly
+//     repeat
+//       x := the increment nearest to the device on the rows, with a drag that makes it short enough      solve
+//       if x takes back the last step: the rows on which that step ended join for the rest of the tick    joinLastRows
+//       sweep x over all pairs, a short part of it first: what it crosses becomes rows                    sweep
+//     until x crosses nothing
+//     if x is short and carried by a row that stands beside its features: drop that row, and solve again  dropBeside
+//     move by x, exactly as it was swept: the rows that carry force are known contacts now                move
+//   until x is too short to be felt, or the tick has spent its travel or its work
+//
+// A step that crosses nothing leaves apart what was apart, so the tool never overlaps, wherever a tick ends.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "haptics/loop/tick_memory.hpp"
+
+namespace touchstone {
+namespace {
+
+// Lengths, mm. On springs of 1 N/mm, 1 µm is 1 mN.
+
+/// A step up to this length ends the tick. A larger value leaves the tool short of its place.
+constexpr double kFelt = 1e-3;
+/// A step that known contacts alone make shorter than this is not made. A larger value leaves a moving tool behind its
+/// place, always on the same side: a nut turns with 0.7 % less torque at 1 µm. With a smaller one more steps are swept.
+constexpr double kUnmoved = 1e-4;
+/// Known contacts keep their rows up to this multiple of the distance that is kept. With a larger value the tool is
+/// held where it no longer touches: at 2 a nut needs 1.8 % more torque. With a smaller one resting contacts are found
+/// again.
+constexpr double kFaces = 1.05;
+/// A row stands on its features if their nearest points lie outside them by at most this. With a larger value a row
+/// holds a pointed tool on the joint of two flush parts; with a smaller one rows are dropped, and crossed again.
+constexpr double kBesideFeatures = 1e-4;
+/// A step up to this length must not end on rows beside their features: it may end the tick. With a larger value rows
+/// are dropped that the next step would not cross.
+constexpr double kShortStep5 = 5 * kFelt;
+/// Longest step: a longer one bends further from its rows. A smaller one takes more steps.
+constexpr double kLongestStep = 0.25;
+/// Length of the first part of a step that is swept. A longer part crosses pairs in threads that the answer never comes
+/// near; a shorter one takes more sweeps.
+constexpr double kFirstPart = 0.03;
+/// Part of the tick's travel that a step with a drag may take. With all of it bunnies hover by 25 µm beside faces that
+/// they have just left.
+constexpr double kOfTravel = 0.95;
+/// A dragged step is short enough if what it may be is within these multiples of it, and one or two solves find the
+/// drag. More solves come closer; the rest is cut off.
+constexpr double kShortEnough = 0.98, kTooShort = 1.1;
+constexpr int kSolvesForDrag = 4;
+/// The tool flies if the device is farther than this many longest steps. A shorter way is swept as fast.
+constexpr double kFlies = 2;
+/// Maximum turn of a flight, rad: its points may leave their straight ways by reach x turn²/2, which ends it early.
+constexpr double kTurnOfFlight = 0.2;
+/// Factor by which the steps of a tick become shorter if the pairs of one are too many to be found or crossed.
+constexpr double kShorter16 = 16;
+/// Work of a tick: a row of a sweep counts 1, a sweep as many rows as it takes time for. A tick that has spent it ends
+/// with the step that it has made; its first step may take what it costs. With more, ticks in threads become longer;
+/// with less, ticks of bunnies that turn fast do not arrive.
+constexpr int kWork = 4096, kWorkOfSweep = 64;
+/// Maximum number of solves of a step, after which it is halved until it crosses nothing; three to ten are usual.
+constexpr int kSolvesOfStep = 64, kHalvesOfStep = 24;
+
+/// Pairs of features in ascending order. What does not fit is left out.
+struct Pairs {
+    std::array<std::uint64_t, 64> ids{};
+    int count = 0;
+
+    auto end() { return ids.begin() + count; }
+    bool has(std::uint64_t id) { return std::binary_search(ids.begin(), end(), id); }
+    void add(std::uint64_t id) {
+        const auto at = std::lower_bound(ids.begin(), end(), id);
+        if (count == int(ids.size()) || (at != end() && *at == id)) return;
+        std::move_backward(at, end(), end() + 1);
+        *at = id;
+        ++count;
+    }
+};
+
+class OneLoop {
+  public:
+    OneLoop(Tick& tick, const Pose& device);
+    bool run(Wrench& wrench);
+
+  private:
+    enum class Found {
+        Failure,  ///< the lists overflow: the tool is held without force
+        Step,     ///< a step that crosses nothing
+        Arrived,  ///< the known contacts leave no step that is worth it
+        Spent,    ///< no step was found with the work of a tick
+    };
+
+    Course course(int k, const Vec6& x) const;
+    double allowed(const Vec6& x, double ofTravel) const;
+    void collectRows();
+    bool fly(const Vec6& wanted);
+    Found findStep(const Vec6& wanted, Vec6& x);
+    bool solve(const Vec6& wanted, Vec6& x);
+    bool takesBack(const Vec6& x) const;
+    bool joinLastRows();
+    bool completeLists(const Vec6& x);
+    bool shorten();
+    Crossed sweep(const Vec6& x, bool whole);
+    Vec6 halved(Vec6 x);
+    bool dropBeside(const Pose& at);
+    void move(const Vec6& x, const Vec6& wanted);
+    void noteCarriers();
+    bool isSpent() const { return steps_ > 0 && (work_ > kWork || state_.searches->isTickSpent()); }
+
+    Tick& tick_;
+    TickState::Impl& state_;
+    const Settings& settings_;
+    const Pose device_;
+    Pairs known_;    ///< contacts of the last tick, and of the steps of this one
+    Pairs dropped_;  ///< rows that this step dropped since they stood beside their features
+    double longest_ = kLongestStep;
+    double travel_ = INFINITY, shift_ = INFINITY;  ///< that all points and C may still make in this tick, mm
+    double drag_ = 0;                              ///< of the last dragged step, N/mm
+    Vec6 last_ = Vec6::Zero();                     ///< the last step
+    Vec6 undragged_ = Vec6::Zero();                ///< the answer before the drag
+    int steps_ = 0, work_ = 0;
+    bool flies_ = true;    ///< a flight is worth a search
+    bool beside_ = false;  ///< what carries the tool stands beside its features
+    bool capped_ = false;  ///< the step is shorter than the answer
+    bool shadowed_ = false;
+};
+
+OneLoop::OneLoop(Tick& tick, const Pose& device)
+    : tick_(tick), state_(tick.state), settings_(tick.settings), device_(device) {
+    for (int k = 0; k < int(state_.lists.size()); ++k) state_.lists[k]->expect(state_.courses[k]);
+    for (const std::uint64_t id : state_.touching.span()) known_.add(id);
+    state_.heldRows.clear();
+    state_.lastRows.clear();
+    state_.forces.forget();
+    if (!state_.loaded) return;
+    // What a tool in contact travels beyond its device bounds how fast the force drops where it slips off. The force is
+    // that of the way of C, which must not leap where a device only spins.
+    const Vec6 ofDevice = incrementBetween(state_.device, device_);
+    const double allowance = settings_.travelBudget * 1000 / settings_.rate;
+    travel_ = state_.lengthOf(ofDevice) + allowance;
+    shift_ = ofDevice.head<3>().norm() + allowance;
+}
+
+Course OneLoop::course(int k, const Vec6& x) const {
+    const auto R_OW = state_.R_WO[k].transpose();
+    return {state_.inObstacle(k, state_.graphic), R_OW * x.head<3>(), R_OW * x.tail<3>()};
+}
+
+/// The multiple of x that a step may be. Its turn is so small that no point is farther than a quarter of the distance
+/// that is kept from the straight way on which it is swept.
+double OneLoop::allowed(const Vec6& x, double ofTravel) const {
+    return std::min({HUGE_VAL, std::min(longest_, ofTravel * travel_) / state_.lengthOf(x),
+                     ofTravel * shift_ / x.head<3>().norm(),
+                     std::sqrt(settings_.contactDistance / state_.reach) / x.tail<3>().norm()});
+}
+
+void OneLoop::collectRows() {
+    const std::uint64_t start = tick_.now();
+    state_.rows.clear();
+    Pairs facing;
+    for (const std::uint64_t id : std::span(known_.ids.data(), std::size_t(known_.count))) {
+        const int k = obstacleOf(id);
+        const ContactList& list = *state_.lists[k];
+        const ContactList::Stand stand = list.stand(state_.inObstacle(k, state_.graphic), id);
+        // Written so that what is not finite fails.
+        if (!(stand.height <= kFaces * list.distance() && stand.beside <= kBesideFeatures)) continue;
+        facing.add(id);
+        const Vec3 n = state_.R_WO[k] * stand.normal, r = state_.X_WO[k] * stand.foot - state_.graphic.p;
+        Vec6 row;
+        row << n, r.cross(n);
+        state_.rows.push(row, stand.height - list.distance(), id);
+    }
+    known_ = facing;
+    RowSet& joined = state_.crossedRows;
+    joined.clear();
+    for (int i = 0; i < state_.heldRows.size(); ++i)
+        if (!known_.has(state_.heldRows.id(i)))
+            joined.push(state_.heldRows.row(i), state_.heldRows.gap()[i], state_.heldRows.id(i));
+    state_.rows.merge(joined);
+    tick_.addTime(tick_.record.collisionUs, start);
+}
+
+/// Moves along the straight way to the device, as far as it is free. Returns whether that is farther than a step.
+bool OneLoop::fly(const Vec6& wanted) {
+    const double length = state_.lengthOf(wanted), turn = wanted.tail<3>().norm();
+    if (!flies_ || state_.rows.size() > 0 || length <= kFlies * longest_) return false;
+    const std::uint64_t start = tick_.now();
+    const double most = std::min(
+        {1.0, travel_ / length, shift_ / wanted.head<3>().norm(), kTurnOfFlight / std::max(turn, kTurnOfFlight)});
+    double share = most;
+    for (int k = 0; k < int(state_.lists.size()); ++k) share = state_.lists[k]->freeShare(course(k, wanted), share);
+    tick_.addTime(tick_.record.collisionUs, start);
+    if (share < most) share -= kFelt / length;
+    flies_ = share * length > longest_;
+    if (!flies_) return false;
+    state_.contacts.clear();
+    capped_ = share < 1;
+    move(share * wanted, wanted);
+    return true;
+}
+
+OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
+    double part = kFirstPart;
+    dropped_.count = 0;
+    for (int solves = 0;; ++solves) {
+        if (!solve(wanted, x)) return Found::Failure;
+        const double length = state_.lengthOf(x);
+        // The other pairs would only hold the tool back.
+        if (solves == 0 && state_.rows.size() > 0 && length < kUnmoved) {
+            if (!dropBeside(state_.graphic)) return Found::Arrived;
+            continue;
+        }
+        if (takesBack(x) && joinLastRows()) continue;
+        bool whole = false;
+        Crossed crossed = Crossed::Nothing;
+        while (!whole && crossed != Crossed::Rows) {
+            if (isSpent()) return Found::Spent;
+            whole = length <= part;
+            crossed = sweep(whole ? x : Vec6(part / length * x), whole);
+            if (crossed == Crossed::Overflow) {
+                if (!shorten()) return Found::Failure;
+                crossed = Crossed::Rows;  // a solve makes the step shorter
+            }
+            if (crossed != Crossed::Rows) part = INFINITY;
+        }
+        if (crossed == Crossed::Nothing && length < kShortStep5 && dropBeside(moved(state_.graphic, x))) continue;
+        if (crossed == Crossed::Nothing) return Found::Step;
+        // No row leads on where the rows contradict each other.
+        if (crossed == Crossed::Known || solves == kSolvesOfStep) {
+            x = halved(x);
+            return Found::Step;
+        }
+    }
+}
+
+/// Finds the increment nearest to the device on the rows. If it is longer than a step may be, a drag λ(|δp|² +
+/// ρ²|δθ|²)/2 makes it as long: the tool then follows the surfaces, where a part of the increment would lead through
+/// free space. Returns false if there is none.
+bool OneLoop::solve(const Vec6& wanted, Vec6& x) {
+    beside_ = capped_ = false;
+    state_.contacts.clear();
+    const auto nearest = [&](double drag) {
+        if (state_.rows.size() == 0) {
+            const QpProblem problem = tick_.problemOf(wanted, drag);
+            x = problem.wanted;
+            return true;
+        }
+        Tick::Solved solved = tick_.solve(wanted, longest_, drag);
+        if (solved.status == SolveStatus::Elastic) {
+            // With no negative gap the tool can stay where it is, and no answer deepens what is too near.
+            tick_.record.flags |= kNotDeeper;
+            for (int i = 0; i < state_.rows.size(); ++i) state_.rows.gap()[i] = std::max(0.0, state_.rows.gap()[i]);
+            solved = tick_.solve(wanted, longest_, drag);
+        }
+        x = solved.x;
+        return solved.status != SolveStatus::Invalid;
+    };
+    if (!nearest(0)) return false;
+    undragged_ = x;
+    double share = allowed(x, kOfTravel);
+    if (share >= kShortEnough) return true;
+    capped_ = true;
+    // For a free tool the answer is that of the springs times γ/(γ + λ).
+    double drag = 0;
+    for (int i = 0; i < kSolvesForDrag && !(share >= kShortEnough && share <= kTooShort); ++i) {
+        const double gamma = x.dot(tick_.stiffness().cwiseProduct(x)) / x.dot(state_.metric().cwiseProduct(x));
+        drag = i == 0 && drag_ > 0 ? drag_ : std::max(0.0, (drag + gamma) / share - gamma);
+        if (!nearest(drag)) return false;
+        share = allowed(x, kOfTravel);
+    }
+    drag_ = drag;
+    x *= std::min(1.0, allowed(x, 1));
+    return true;
+}
+
+/// Whether x takes back more than half of the last step.
+bool OneLoop::takesBack(const Vec6& x) const {
+    const Vec6 last = state_.metric().cwiseProduct(last_);
+    return !last_.isZero(0) && -last.dot(x) > last.dot(last_) / 2;
+}
+
+/// In a shallow valley each of two faces crosses only the step that the other one leads to. Returns whether a row is
+/// new.
+bool OneLoop::joinLastRows() {
+    RowSet& added = state_.crossedRows;
+    const auto addTo = [&](RowSet& rows) {
+        added.clear();
+        for (int i = 0; i < state_.lastRows.size() && rows.size() + added.size() < rows.capacity(); ++i)
+            if (rows.find(state_.lastRows.id(i)) < 0)
+                added.push(state_.lastRows.row(i), state_.lastRows.gap()[i], state_.lastRows.id(i));
+        rows.merge(added);
+        return added.size() > 0;
+    };
+    addTo(state_.heldRows);
+    return addTo(state_.rows);
+}
+
+/// Makes the lists complete for the pairs that the step x may cross. Returns false if they overflow.
+bool OneLoop::completeLists(const Vec6& x) {
+    for (int k = 0; k < int(state_.lists.size()); ++k) {
+        ContactList& list = *state_.lists[k];
+        const double margin = state_.lengthOf(x);
+        Coverage asked{state_.inObstacle(k, state_.graphic), margin + list.distance()};
+        if (list.isComplete(asked)) continue;
+        asked = list.crossing(course(k, x), margin);
+        state_.noteAsked(asked.within);
+        if (!list.complete(asked, settings_.slack)) return false;
+    }
+    return true;
+}
+
+/// Makes the steps of this tick shorter. Returns false if none is left.
+bool OneLoop::shorten() {
+    if (longest_ < kFelt) {
+        tick_.record.flags |= kListOverflow;
+        return false;
+    }
+    longest_ /= kShorter16;
+    return true;
+}
+
+/// Makes rows of what x crosses, the deepest half. whole: it is the step, and not a part of it.
+Crossed OneLoop::sweep(const Vec6& x, bool whole) {
+    const std::uint64_t start = tick_.now();
+    RowSet& crossed = state_.crossedRows;
+    crossed.clear();
+    Crossed result = completeLists(x) ? Crossed::Nothing : Crossed::Overflow;
+    const Crossing by{x, tick_.stiffness(), 0, 1, whole};
+    for (int k = 0; k < int(state_.lists.size()) && result != Crossed::Overflow; ++k) {
+        const Pose X_OT = state_.inObstacle(k, state_.graphic);
+        result = std::max(result, state_.lists[k]->appendCrossed(X_OT, X_OT, state_.R_WO[k], state_.lengthOf(x), by,
+                                                                 state_.rows, crossed));
+    }
+    if (result == Crossed::Rows) state_.rows.merge(crossed);
+    work_ += kWorkOfSweep + crossed.size();
+    tick_.record.marginUsed = std::max(tick_.record.marginUsed, state_.lengthOf(x));
+    tick_.addTime(tick_.record.collisionUs, start);
+    return result;
+}
+
+/// The longest of x, x/2, x/4, ... that crosses nothing.
+Vec6 OneLoop::halved(Vec6 x) {
+    tick_.record.flags |= kHalved;
+    capped_ = true;
+    for (int i = 0; i < kHalvesOfStep; ++i)
+        if (x /= 2; sweep(x, true) == Crossed::Nothing) return x;
+    return Vec6::Zero();
+}
+
+/// Drops the row that carries force farthest beside its features with the tool at `at`: a long step crossed it, and it
+/// would hold the tool where nothing is. Each row is dropped once in a step. Returns whether there was one.
+bool OneLoop::dropBeside(const Pose& at) {
+    beside_ = false;
+    double most = kBesideFeatures;
+    int worst = -1;
+    for (const TickState::Impl::Contact& contact : state_.contacts) {
+        const int own = obstacleOf(contact.id);
+        const ContactList::Stand stand = state_.lists[own]->stand(state_.inObstacle(own, at), contact.id);
+        if (stand.beside <= kBesideFeatures) continue;
+        bool twin = false;
+        for (int k = 0; k < int(state_.lists.size()) && !twin; ++k) {
+            ContactList::Stand like = stand;
+            if (k != own) {
+                like.foot = state_.X_OW[k] * (state_.X_WO[own] * stand.foot);
+                like.normal = state_.X_OW[k].q * (state_.X_WO[own].q * stand.normal);
+            }
+            twin = state_.lists[k]->hasTwin(state_.inObstacle(k, at), contact.id, like, kBesideFeatures);
+        }
+        if (twin) continue;
+        beside_ = true;
+        if (stand.beside <= most || dropped_.has(contact.id)) continue;
+        most = stand.beside;
+        worst = state_.rows.find(contact.id);
+    }
+    if (worst < 0) return false;
+    const std::uint64_t id = state_.rows.id(worst);
+    dropped_.add(id);
+    state_.rows.erase(worst);
+    if (const int held = state_.heldRows.find(id); held >= 0) state_.heldRows.erase(held);
+    return true;
+}
+
+void OneLoop::noteCarriers() {
+    state_.touching.clear();
+    for (const TickState::Impl::Contact& contact : state_.contacts) state_.touching.push(contact.id);
+}
+
+void OneLoop::move(const Vec6& x, const Vec6& wanted) {
+    for (int i = 0; i < state_.heldRows.size(); ++i) state_.heldRows.gap()[i] += state_.heldRows.row(i).dot(x);
+    state_.lastRows.clear();
+    for (int i = 0; i < state_.rows.size() && state_.lastRows.size() < state_.lastRows.capacity(); ++i)
+        if (const double gap = state_.rows.gap()[i] + state_.rows.row(i).dot(x); gap <= kViolation)
+            state_.lastRows.push(state_.rows.row(i), gap, state_.rows.id(i));
+    noteCarriers();
+    for (const std::uint64_t id : state_.touching.span()) known_.add(id);
+    last_ = x;
+    travel_ -= state_.lengthOf(x);
+    shift_ -= x.head<3>().norm();
+    if (capped_) tick_.record.flags |= kCapped;
+    // If nothing holds the tool, it takes exactly the device's pose, so that free flight gives exactly zero force.
+    state_.graphic = x == wanted ? device_ : moved(state_.graphic, x);
+    ++steps_;
+}
+
+bool OneLoop::run(Wrench& wrench) {
+    TickRecord& record = tick_.record;
+    bool arrived = false, stuck = false;
+    while (!arrived && !stuck && !isSpent()) {
+        if (steps_ >= 2)  // In a tick of many steps the last one predicts the next better than the last tick does.
+            for (int k = 0; k < int(state_.lists.size()); ++k) {
+                Course expected = course(k, last_);
+                state_.lists[k]->expect(expected);
+            }
+        const Vec6 wanted = incrementBetween(state_.graphic, device_);
+        collectRows();
+        if (fly(wanted)) {
+            arrived = state_.graphic == device_;
+            continue;
+        }
+        Vec6 x = Vec6::Zero();
+        const Found found = findStep(wanted, x);
+        if (found == Found::Failure) return false;
+        if (state_.rows.size() >= record.rows) record.pairs = record.rows = record.rowsScreened = state_.rows.size();
+        if (settings_.shadow != kNoSolver && state_.rows.size() > 0 && !std::exchange(shadowed_, true))
+            tick_.runShadow(tick_.problemOf(wanted), undragged_);
+        if (found == Found::Spent) break;
+        arrived = found == Found::Arrived;
+        if (arrived) {
+            noteCarriers();
+            break;
+        }
+        move(x, wanted);
+        flies_ = state_.rows.size() == 0;
+        const double length = state_.lengthOf(x);
+        arrived = (length < kFelt && !capped_ && !beside_) || state_.graphic == device_;
+        // The next step could not be longer.
+        stuck = length < (beside_ ? kUnmoved : kFelt) || std::min(travel_, shift_) < kFelt;
+    }
+    if (!arrived) record.flags |= kUnfinished;
+    record.linearisations = steps_;
+    record.hover = state_.hoverAt(state_.graphic);
+    for (int k = 0; k < int(state_.lists.size()); ++k) {
+        const Pose X_OT = state_.inObstacle(k, state_.graphic);
+        state_.courses[k] = Course::between(state_.courses[k].X_OT, X_OT, state_.p_TC);
+        state_.courses[k].X_OT = X_OT;
+    }
+    wrench = tick_.coupling(incrementBetween(device_, state_.graphic));
+    return true;
+}
+
+}  // namespace
+
+bool isForOneLoop(const Tick& tick) {
+    const TickState::Impl& state = tick.state;
+    return tick.settings.loop == Loop::One && state.obstacleTravel == 0 && findSolver(tick.settings.solver)->exact &&
+           !hasFriction(*state.world, tick.settings) &&
+           std::all_of(state.lists.begin(), state.lists.end(),
+                       [](const ContactList* list) { return list->ofFeatures() && list->inside() == 0; });
+}
+
+bool oneLoopTick(Tick& tick, const Pose& device, Wrench& wrench) { return OneLoop(tick, device).run(wrench); }
+
+}  // namespace touchstone
