@@ -5,8 +5,8 @@
 //     without any, and with the device far: fly straight, as far as the way is free                       fly
 //     repeat
 //       x := the increment nearest to the device on the rows, with a drag that makes it short enough      solve
-//       if x takes back the last step: the rows on which that step ended join for the rest of the tick    joinLastRows
 //       sweep x over all pairs, a short part of it first: what it crosses becomes rows                    sweep
+//       if x takes back the last step: the rows on which that step ended join for the rest of the tick    joinLastRows
 //     until x crosses nothing
 //     if x is short and carried by a row that stands beside its features: drop that row, and solve again  dropBeside
 //     move by x, exactly as it was swept: the rows that carry force are known contacts now                move
@@ -213,7 +213,6 @@ OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
             if (!dropBeside(state_.graphic)) return Found::Arrived;
             continue;
         }
-        if (takesBack(x) && joinLastRows()) continue;
         bool whole = false;
         Crossed crossed = Crossed::Nothing;
         while (!whole && crossed != Crossed::Rows) {
@@ -226,6 +225,7 @@ OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
             }
             if (crossed != Crossed::Rows) part = INFINITY;
         }
+        if (crossed == Crossed::Nothing && takesBack(x) && joinLastRows()) continue;
         if (crossed == Crossed::Nothing && length < kShortStep5 && dropBeside(moved(state_.graphic, x))) continue;
         if (crossed == Crossed::Nothing) return Found::Step;
         // No row leads on where the rows contradict each other.
@@ -289,7 +289,7 @@ bool OneLoop::joinLastRows() {
     const auto addTo = [&](RowSet& rows) {
         added.clear();
         for (int i = 0; i < state_.lastRows.size() && rows.size() + added.size() < rows.capacity(); ++i)
-            if (rows.find(state_.lastRows.id(i)) < 0)
+            if (rows.find(state_.lastRows.id(i)) < 0 && !dropped_.has(state_.lastRows.id(i)))
                 added.push(state_.lastRows.row(i), state_.lastRows.gap()[i], state_.lastRows.id(i));
         rows.merge(added);
         return added.size() > 0;
