@@ -58,7 +58,7 @@ constexpr double kTurnOfFlight = 0.2;
 /// Factor by which the steps of a tick become shorter if the pairs of one are too many to be found or crossed.
 constexpr double kShorter16 = 16;
 /// Work of a tick: a row of a sweep counts 1, a sweep as many rows as it takes time for. A tick that has spent it ends
-/// with the step that it has made; its first step may take what it costs. With more, ticks in threads become longer;
+/// with the step that it has made. With more, ticks in threads become longer;
 /// with less, ticks of bunnies that turn fast do not arrive.
 constexpr int kWork = 4096, kWorkOfSweep = 64;
 /// Maximum number of solves of a step, after which it is halved until it crosses nothing; three to ten are usual.
@@ -90,7 +90,6 @@ class OneLoop {
         Failure,  ///< the lists overflow: the tool is held without force
         Step,     ///< a step that crosses nothing
         Arrived,  ///< the known contacts leave no step that is worth it
-        Spent,    ///< no step was found with the work of a tick
     };
 
     Course course(int k, const Vec6& x) const;
@@ -108,7 +107,7 @@ class OneLoop {
     bool dropBeside(const Pose& at);
     void move(const Vec6& x, const Vec6& wanted);
     void noteCarriers();
-    bool isSpent() const { return steps_ > 0 && (work_ > kWork || state_.searches->isTickSpent()); }
+    bool isSpent() const { return work_ > kWork || state_.searches->isTickSpent(); }
 
     Tick& tick_;
     TickState::Impl& state_;
@@ -216,7 +215,6 @@ OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
         bool whole = false;
         Crossed crossed = Crossed::Nothing;
         while (!whole && crossed != Crossed::Rows) {
-            if (isSpent()) return Found::Spent;
             whole = length <= part;
             crossed = sweep(whole ? x : Vec6(part / length * x), whole);
             if (crossed == Crossed::Overflow) {
@@ -426,7 +424,6 @@ bool OneLoop::run(Wrench& wrench) {
         if (state_.rows.size() >= record.rows) record.pairs = record.rows = record.rowsScreened = state_.rows.size();
         if (settings_.shadow != kNoSolver && state_.rows.size() > 0 && !std::exchange(shadowed_, true))
             tick_.runShadow(tick_.problemOf(wanted), undragged_);
-        if (found == Found::Spent) break;
         arrived = found == Found::Arrived;
         if (arrived) {
             noteCarriers();
