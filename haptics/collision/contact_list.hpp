@@ -88,6 +88,8 @@ class ContactList {
     void beginInside(double depth, bool passes = false) { inside_ = depth, passes_ = passes, suspended_ = false; }
     double inside() const { return inside_; }
     bool suspended() const { return suspended_; }
+    /// Number of pairs that a query looks at.
+    int listed() const { return suspended_ ? 0 : narrow_.count; }
     /// The course that is expected for one tick. Searches look ahead along its motion.
     void expect(const Course& tick) { tick_ = tick; }
     void forget();

@@ -57,10 +57,11 @@ constexpr double kFlies = 2;
 constexpr double kTurnOfFlight = 0.2;
 /// Factor by which the steps of a tick become shorter if the pairs of one are too many to be found or crossed.
 constexpr double kShorter16 = 16;
-/// Work of a tick: a row of a sweep counts 1, a sweep as many rows as it takes time for. A tick that has spent it ends
-/// with the step that it has made. With more, ticks in threads become longer;
-/// with less, ticks of bunnies that turn fast do not arrive.
-constexpr int kWork = 4096, kWorkOfSweep = 64;
+/// Work of a tick, in tests of searches (SearchBudget), some 20 ns each. A sweep counts as this many and one for each
+/// pair that is listed. A tick that has spent its work ends with the step that it has made. With more, ticks after leaps
+/// beside threads become longer; with less, ticks in threads do not arrive.
+constexpr std::int64_t kWork = 1 << 17;
+constexpr int kWorkOfSweep = 64;
 /// Maximum number of solves of a step, after which it is halved until it crosses nothing; three to ten are usual.
 constexpr int kSolvesOfStep = 64, kHalvesOfStep = 24;
 
@@ -95,6 +96,7 @@ class OneLoop {
     Course course(int k, const Vec6& x) const;
     double allowed(const Vec6& x, double ofTravel) const;
     void collectRows();
+    double freePartOf(const Vec6& x);
     bool fly(const Vec6& wanted);
     Found findStep(const Vec6& wanted, Vec6& x);
     bool solve(const Vec6& wanted, Vec6& x);
@@ -107,7 +109,7 @@ class OneLoop {
     bool dropBeside(const Pose& at);
     void move(const Vec6& x, const Vec6& wanted);
     void noteCarriers();
-    bool isSpent() const { return work_ > kWork || state_.searches->isTickSpent(); }
+    bool isSpent() const { return work_ + state_.searches->spent() > kWork; }
 
     Tick& tick_;
     TickState::Impl& state_;
@@ -120,7 +122,8 @@ class OneLoop {
     double drag_ = 0;                              ///< of the last dragged step, N/mm
     Vec6 last_ = Vec6::Zero();                     ///< the last step
     Vec6 undragged_ = Vec6::Zero();                ///< the answer before the drag
-    int steps_ = 0, work_ = 0;
+    int steps_ = 0;
+    std::int64_t work_ = 0;  ///< of sweeps
     bool flies_ = true;    ///< a flight is worth a search
     bool beside_ = false;  ///< what carries the tool stands beside its features
     bool capped_ = false;  ///< the step is shorter than the answer
@@ -182,22 +185,38 @@ void OneLoop::collectRows() {
     tick_.addTime(tick_.record.collisionUs, start);
 }
 
-/// Moves along the straight way to the device, as far as it is free. Returns whether that is farther than a step.
+/// The part of the way x that is free, as far as the tick may travel. The turn of a flight is bounded.
+double OneLoop::freePartOf(const Vec6& x) {
+    const double length = state_.lengthOf(x), turn = x.tail<3>().norm();
+    const double most = std::min({1.0, travel_ / length, shift_ / x.head<3>().norm(),
+                                  kTurnOfFlight / std::max(turn, kTurnOfFlight)});
+    double part = most;
+    for (int k = 0; k < int(state_.lists.size()); ++k) part = state_.lists[k]->freeShare(course(k, x), part);
+    return part < most ? part - kFelt / length : part;
+}
+
+/// Flies straight to the device, as far as the way is free. Where it is not, the tool translates first and turns
+/// afterwards, since a turn ends a flight early. Returns whether it flew farther than a step.
 bool OneLoop::fly(const Vec6& wanted) {
-    const double length = state_.lengthOf(wanted), turn = wanted.tail<3>().norm();
-    if (!flies_ || state_.rows.size() > 0 || length <= kFlies * longest_) return false;
+    if (!flies_ || state_.rows.size() > 0 || state_.lengthOf(wanted) <= kFlies * longest_) return false;
     const std::uint64_t start = tick_.now();
-    const double most = std::min(
-        {1.0, travel_ / length, shift_ / wanted.head<3>().norm(), kTurnOfFlight / std::max(turn, kTurnOfFlight)});
-    double share = most;
-    for (int k = 0; k < int(state_.lists.size()); ++k) share = state_.lists[k]->freeShare(course(k, wanted), share);
+    Vec6 way = wanted;
+    double part = freePartOf(way);
+    if (part < 1 && way.head<3>().norm() > longest_) {
+        Vec6 shift = wanted;
+        shift.tail<3>().setZero();
+        const double ofShift = freePartOf(shift);
+        if (ofShift * state_.lengthOf(shift) > part * state_.lengthOf(way)) {
+            way = shift;
+            part = ofShift;
+        }
+    }
     tick_.addTime(tick_.record.collisionUs, start);
-    if (share < most) share -= kFelt / length;
-    flies_ = share * length > longest_;
+    flies_ = part * state_.lengthOf(way) > longest_;
     if (!flies_) return false;
     state_.contacts.clear();
-    capped_ = share < 1;
-    move(share * wanted, wanted);
+    capped_ = part < 1;
+    move(part * way, wanted);
     return true;
 }
 
@@ -333,7 +352,8 @@ Crossed OneLoop::sweep(const Vec6& x, bool whole) {
                                                                  state_.rows, crossed));
     }
     if (result == Crossed::Rows) state_.rows.merge(crossed);
-    work_ += kWorkOfSweep + crossed.size();
+    work_ += kWorkOfSweep;
+    for (const ContactList* list : state_.lists) work_ += list->listed();
     tick_.record.marginUsed = std::max(tick_.record.marginUsed, state_.lengthOf(x));
     tick_.addTime(tick_.record.collisionUs, start);
     return result;
