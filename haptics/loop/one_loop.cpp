@@ -222,7 +222,6 @@ bool OneLoop::fly(const Vec6& wanted) {
 
 OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
     double part = kFirstPart;
-    dropped_.count = 0;
     for (int solves = 0;; ++solves) {
         if (!solve(wanted, x)) return Found::Failure;
         const double length = state_.lengthOf(x);
@@ -306,7 +305,7 @@ bool OneLoop::joinLastRows() {
     const auto addTo = [&](RowSet& rows) {
         added.clear();
         for (int i = 0; i < state_.lastRows.size() && rows.size() + added.size() < rows.capacity(); ++i)
-            if (rows.find(state_.lastRows.id(i)) < 0 && !dropped_.has(state_.lastRows.id(i)))
+            if (rows.find(state_.lastRows.id(i)) < 0)
                 added.push(state_.lastRows.row(i), state_.lastRows.gap()[i], state_.lastRows.id(i));
         rows.merge(added);
         return added.size() > 0;
