@@ -241,11 +241,18 @@ OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
             }
             if (crossed != Crossed::Rows) part = INFINITY;
         }
-        if (crossed == Crossed::Nothing && takesBack(x) && joinLastRows()) continue;
-        if (crossed == Crossed::Nothing && length < kShortStep5 && dropBeside(moved(state_.graphic, x))) continue;
-        if (crossed == Crossed::Nothing) return Found::Step;
+        if (crossed == Crossed::Nothing) {
+            const bool goesBack = takesBack(x);
+            if (goesBack && joinLastRows()) continue;
+            if (length < kShortStep5 && dropBeside(moved(state_.graphic, x))) continue;
+            // Rows turn with the tool, and where they turn more than the springs resist each step overshoots.
+            if (goesBack) x = halved(x);
+            return Found::Step;
+        }
         // No row leads on where the rows contradict each other.
         if (crossed == Crossed::Known || solves == kSolvesOfStep) {
+            tick_.record.flags |= kHalved;
+            capped_ = true;
             x = halved(x);
             return Found::Step;
         }
@@ -360,8 +367,6 @@ Crossed OneLoop::sweep(const Vec6& x, bool whole) {
 
 /// The longest of x, x/2, x/4, ... that crosses nothing.
 Vec6 OneLoop::halved(Vec6 x) {
-    tick_.record.flags |= kHalved;
-    capped_ = true;
     for (int i = 0; i < kHalvesOfStep; ++i)
         if (x /= 2; sweep(x, true) == Crossed::Nothing) return x;
     return Vec6::Zero();
