@@ -58,10 +58,14 @@ constexpr double kTurnOfFlight = 0.2;
 /// Factor by which the steps of a tick become shorter if the pairs of one are too many to be found or crossed.
 constexpr double kShorter16 = 16;
 /// Work of a tick, in tests of searches (SearchBudget), some 20 ns each. A sweep counts as this many and one for each
-/// pair that is listed. A tick that has spent its work ends with the step that it has made. With more, ticks after leaps
-/// beside threads become longer; with less, ticks in threads do not arrive.
+/// pair that is listed. A tick that has spent its work ends with the step that it has made. With more, ticks after
+/// leaps beside threads become longer; with less, ticks in threads do not arrive.
 constexpr std::int64_t kWork = 1 << 17;
-constexpr int kWorkOfSweep = 64;
+constexpr int kWorkOfSweep = 256;
+/// Number of steps that take back the one before, with which a tick ends: its steps lead around a place that none of
+/// them reaches. With more, such ticks take longer; with fewer, wedged tools arrive later.
+constexpr int kReturns = 8;
+
 /// Maximum number of solves of a step, after which it is halved until it crosses nothing; three to ten are usual.
 constexpr int kSolvesOfStep = 64, kHalvesOfStep = 24;
 
@@ -109,7 +113,7 @@ class OneLoop {
     bool dropBeside(const Pose& at);
     void move(const Vec6& x, const Vec6& wanted);
     void noteCarriers();
-    bool isSpent() const { return work_ + state_.searches->spent() > kWork; }
+    bool isSpent() const { return returns_ > kReturns || work_ + state_.searches->spent() > kWork; }
 
     Tick& tick_;
     TickState::Impl& state_;
@@ -122,11 +126,11 @@ class OneLoop {
     double drag_ = 0;                              ///< of the last dragged step, N/mm
     Vec6 last_ = Vec6::Zero();                     ///< the last step
     Vec6 undragged_ = Vec6::Zero();                ///< the answer before the drag
-    int steps_ = 0;
+    int steps_ = 0, returns_ = 0;
     std::int64_t work_ = 0;  ///< of sweeps
-    bool flies_ = true;    ///< a flight is worth a search
-    bool beside_ = false;  ///< what carries the tool stands beside its features
-    bool capped_ = false;  ///< the step is shorter than the answer
+    bool flies_ = true;      ///< a flight is worth a search
+    bool beside_ = false;    ///< what carries the tool stands beside its features
+    bool capped_ = false;    ///< the step is shorter than the answer
     bool shadowed_ = false;
 };
 
@@ -188,8 +192,8 @@ void OneLoop::collectRows() {
 /// The part of the way x that is free, as far as the tick may travel. The turn of a flight is bounded.
 double OneLoop::freePartOf(const Vec6& x) {
     const double length = state_.lengthOf(x), turn = x.tail<3>().norm();
-    const double most = std::min({1.0, travel_ / length, shift_ / x.head<3>().norm(),
-                                  kTurnOfFlight / std::max(turn, kTurnOfFlight)});
+    const double most =
+        std::min({1.0, travel_ / length, shift_ / x.head<3>().norm(), kTurnOfFlight / std::max(turn, kTurnOfFlight)});
     double part = most;
     for (int k = 0; k < int(state_.lists.size()); ++k) part = state_.lists[k]->freeShare(course(k, x), part);
     return part < most ? part - kFelt / length : part;
@@ -243,6 +247,7 @@ OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
         }
         if (crossed == Crossed::Nothing) {
             const bool goesBack = takesBack(x);
+            returns_ += goesBack;
             if (goesBack && joinLastRows()) continue;
             if (length < kShortStep5 && dropBeside(moved(state_.graphic, x))) continue;
             // Rows turn with the tool, and where they turn more than the springs resist each step overshoots.
