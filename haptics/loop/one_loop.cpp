@@ -27,8 +27,9 @@ namespace {
 /// A step up to this length ends the tick. A larger value leaves the tool short of its place.
 constexpr double kFelt = 1e-3;
 /// A step that known contacts alone make shorter than this is not made. A larger value leaves a moving tool behind its
-/// place, always on the same side: a nut turns with 0.7 % less torque at 1 µm. With a smaller one more steps are swept.
-constexpr double kUnmoved = 1e-4;
+/// place, always on the same side: a nut turns with 0.7 % less torque at 1 µm, and a resting box is 0.2 % off at 0.1
+/// µm. With a smaller one more steps are swept.
+constexpr double kUnmoved = 3e-5;
 /// Known contacts keep their rows up to this multiple of the distance that is kept. With a larger value the tool is
 /// held where it no longer touches: at 2 a nut needs 1.8 % more torque. With a smaller one resting contacts are found
 /// again.
@@ -38,11 +39,11 @@ constexpr double kFaces = 1.05;
 constexpr double kBesideFeatures = 1e-4;
 /// A step up to this length must not end on rows beside their features: it may end the tick. With a larger value rows
 /// are dropped that the next step would not cross.
-constexpr double kShortStep5 = 5 * kFelt;
+constexpr double kMayEnd = 5 * kFelt;
 /// Longest step: a longer one bends further from its rows. A smaller one takes more steps.
 constexpr double kLongestStep = 0.25;
-/// Length of the first part of a step that is swept. A longer part crosses pairs in threads that the answer never comes
-/// near; a shorter one takes more sweeps.
+/// Length of the first part that is swept of a step that is more than twice as long. A longer part crosses pairs in
+/// threads that the answer never comes near; a shorter one takes more sweeps.
 constexpr double kFirstPart = 0.03;
 /// Part of the tick's travel that a step with a drag may take. With all of it bunnies hover by 25 µm beside faces that
 /// they have just left.
@@ -56,7 +57,7 @@ constexpr double kFlies = 2;
 /// Maximum turn of a flight, rad: its points may leave their straight ways by reach x turn²/2, which ends it early.
 constexpr double kTurnOfFlight = 0.2;
 /// Factor by which the steps of a tick become shorter if the pairs of one are too many to be found or crossed.
-constexpr double kShorter16 = 16;
+constexpr double kShortenedBy = 16;
 /// Work of a tick, in tests of searches (SearchBudget), some 20 ns each. A sweep counts as this many and one for each
 /// pair that is listed. A tick that has spent its work ends with the step that it has made. With more, ticks after
 /// leaps beside threads become longer; with less, ticks in threads do not arrive.
@@ -110,6 +111,7 @@ class OneLoop {
     bool shorten();
     Crossed sweep(const Vec6& x, bool whole);
     Vec6 halved(Vec6 x);
+    int rowBeside(const Pose& at);
     bool dropBeside(const Pose& at);
     void move(const Vec6& x, const Vec6& wanted);
     void noteCarriers();
@@ -120,7 +122,7 @@ class OneLoop {
     const Settings& settings_;
     const Pose device_;
     Pairs known_;    ///< contacts of the last tick, and of the steps of this one
-    Pairs dropped_;  ///< rows that this step dropped since they stood beside their features
+    Pairs dropped_;  ///< rows that this tick dropped since they stood beside their features
     double longest_ = kLongestStep;
     double travel_ = INFINITY, shift_ = INFINITY;  ///< that all points and C may still make in this tick, mm
     double drag_ = 0;                              ///< of the last dragged step, N/mm
@@ -131,6 +133,7 @@ class OneLoop {
     bool flies_ = true;      ///< a flight is worth a search
     bool beside_ = false;    ///< what carries the tool stands beside its features
     bool capped_ = false;    ///< the step is shorter than the answer
+    bool blocked_ = false;   ///< an obstacle moves where the tool cannot give way
     bool shadowed_ = false;
 };
 
@@ -145,12 +148,15 @@ OneLoop::OneLoop(Tick& tick, const Pose& device)
     // What a tool in contact travels beyond its device bounds how fast the force drops where it slips off. The force is
     // that of the way of C, which must not leap where a device only spins.
     const Vec6 ofDevice = incrementBetween(state_.device, device_);
-    const double allowance = settings_.travelBudget * 1000 / settings_.rate;
+    const double allowance = settings_.travelBudget * 1000 / settings_.rate + state_.obstacleTravel;
     travel_ = state_.lengthOf(ofDevice) + allowance;
     shift_ = ofDevice.head<3>().norm() + allowance;
 }
 
 Course OneLoop::course(int k, const Vec6& x) const {
+    if (k == state_.pushing)
+        return Course::between(state_.before(k, state_.graphic), state_.inObstacle(k, moved(state_.graphic, x)),
+                               state_.p_TC);
     const auto R_OW = state_.R_WO[k].transpose();
     return {state_.inObstacle(k, state_.graphic), R_OW * x.head<3>(), R_OW * x.tail<3>()};
 }
@@ -170,6 +176,7 @@ void OneLoop::collectRows() {
     for (const std::uint64_t id : std::span(known_.ids.data(), std::size_t(known_.count))) {
         const int k = obstacleOf(id);
         const ContactList& list = *state_.lists[k];
+        if (list.suspended()) continue;
         const ContactList::Stand stand = list.stand(state_.inObstacle(k, state_.graphic), id);
         // Written so that what is not finite fails.
         if (!(stand.height <= kFaces * list.distance() && stand.beside <= kBesideFeatures)) continue;
@@ -202,7 +209,8 @@ double OneLoop::freePartOf(const Vec6& x) {
 /// Flies straight to the device, as far as the way is free. Where it is not, the tool translates first and turns
 /// afterwards, since a turn ends a flight early. Returns whether it flew farther than a step.
 bool OneLoop::fly(const Vec6& wanted) {
-    if (!flies_ || state_.rows.size() > 0 || state_.lengthOf(wanted) <= kFlies * longest_) return false;
+    if (!flies_ || state_.pushing >= 0 || state_.rows.size() > 0 || state_.lengthOf(wanted) <= kFlies * longest_)
+        return false;
     const std::uint64_t start = tick_.now();
     Vec6 way = wanted;
     double part = freePartOf(way);
@@ -230,14 +238,14 @@ OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
         if (!solve(wanted, x)) return Found::Failure;
         const double length = state_.lengthOf(x);
         // The other pairs would only hold the tool back.
-        if (solves == 0 && state_.rows.size() > 0 && length < kUnmoved) {
-            if (!dropBeside(state_.graphic)) return Found::Arrived;
-            continue;
+        if (solves == 0 && state_.rows.size() > 0 && length < kUnmoved && state_.pushing < 0) {
+            if (dropBeside(state_.graphic)) continue;
+            if (!beside_) return Found::Arrived;
         }
         bool whole = false;
         Crossed crossed = Crossed::Nothing;
         while (!whole && crossed != Crossed::Rows) {
-            whole = length <= part;
+            whole = length <= 2 * part;
             crossed = sweep(whole ? x : Vec6(part / length * x), whole);
             if (crossed == Crossed::Overflow) {
                 if (!shorten()) return Found::Failure;
@@ -249,9 +257,9 @@ OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
             const bool goesBack = takesBack(x);
             returns_ += goesBack;
             if (goesBack && joinLastRows()) continue;
-            if (length < kShortStep5 && dropBeside(moved(state_.graphic, x))) continue;
+            if (length < kMayEnd && dropBeside(moved(state_.graphic, x))) continue;
             // Rows turn with the tool, and where they turn more than the springs resist each step overshoots.
-            if (goesBack) x = halved(x);
+            if (goesBack) x = halved(x / 2);
             return Found::Step;
         }
         // No row leads on where the rows contradict each other.
@@ -332,7 +340,7 @@ bool OneLoop::completeLists(const Vec6& x) {
         ContactList& list = *state_.lists[k];
         const double margin = state_.lengthOf(x);
         Coverage asked{state_.inObstacle(k, state_.graphic), margin + list.distance()};
-        if (list.isComplete(asked)) continue;
+        if (k != state_.pushing && list.isComplete(asked)) continue;
         asked = list.crossing(course(k, x), margin);
         state_.noteAsked(asked.within);
         if (!list.complete(asked, settings_.slack)) return false;
@@ -346,7 +354,7 @@ bool OneLoop::shorten() {
         tick_.record.flags |= kListOverflow;
         return false;
     }
-    longest_ /= kShorter16;
+    longest_ /= kShortenedBy;
     return true;
 }
 
@@ -358,9 +366,9 @@ Crossed OneLoop::sweep(const Vec6& x, bool whole) {
     Crossed result = completeLists(x) ? Crossed::Nothing : Crossed::Overflow;
     const Crossing by{x, tick_.stiffness(), 0, 1, whole};
     for (int k = 0; k < int(state_.lists.size()) && result != Crossed::Overflow; ++k) {
-        const Pose X_OT = state_.inObstacle(k, state_.graphic);
-        result = std::max(result, state_.lists[k]->appendCrossed(X_OT, X_OT, state_.R_WO[k], state_.lengthOf(x), by,
-                                                                 state_.rows, crossed));
+        result = std::max(result, state_.lists[k]->appendCrossed(state_.inObstacle(k, state_.graphic),
+                                                                 state_.before(k, state_.graphic), state_.R_WO[k],
+                                                                 state_.lengthOf(x), by, state_.rows, crossed));
     }
     if (result == Crossed::Rows) state_.rows.merge(crossed);
     work_ += kWorkOfSweep;
@@ -370,16 +378,28 @@ Crossed OneLoop::sweep(const Vec6& x, bool whole) {
     return result;
 }
 
-/// The longest of x, x/2, x/4, ... that crosses nothing.
+/// The longest of x, x/2, x/4, ... that brings no pair nearer than half the distance that is kept, nor nearer than it
+/// is.
 Vec6 OneLoop::halved(Vec6 x) {
-    for (int i = 0; i < kHalvesOfStep; ++i)
-        if (x /= 2; sweep(x, true) == Crossed::Nothing) return x;
-    return Vec6::Zero();
+    const std::uint64_t start = tick_.now();
+    bool deeper = true;
+    for (int i = 0; i < kHalvesOfStep && deeper; ++i, x /= deeper ? 2 : 1) {
+        const Pose after = moved(state_.graphic, x);
+        deeper = !completeLists(x);
+        for (int k = 0; k < int(state_.lists.size()) && !deeper; ++k)
+            deeper = state_.lists[k]
+                         ->remeasure(state_.before(k, state_.graphic), state_.inObstacle(k, after), kOverlapTolerance)
+                         .deeper();
+        work_ += kWorkOfSweep;
+    }
+    blocked_ = deeper && state_.pushing >= 0;
+    tick_.addTime(tick_.record.collisionUs, start);
+    return deeper ? Vec6(Vec6::Zero()) : x;
 }
 
-/// Drops the row that carries force farthest beside its features with the tool at `at`: a long step crossed it, and it
-/// would hold the tool where nothing is. Each row is dropped once in a step. Returns whether there was one.
-bool OneLoop::dropBeside(const Pose& at) {
+/// The row that carries force farthest beside its features with the tool at `at` and was not dropped before; -1: none.
+/// Notes whether any row with force stands beside its features.
+int OneLoop::rowBeside(const Pose& at) {
     beside_ = false;
     double most = kBesideFeatures;
     int worst = -1;
@@ -402,10 +422,17 @@ bool OneLoop::dropBeside(const Pose& at) {
         most = stand.beside;
         worst = state_.rows.find(contact.id);
     }
-    if (worst < 0) return false;
-    const std::uint64_t id = state_.rows.id(worst);
+    return worst;
+}
+
+/// Drops that row: a long step crossed it, and it would hold the tool where nothing is. Each is dropped once in a tick.
+/// Returns whether there was one.
+bool OneLoop::dropBeside(const Pose& at) {
+    const int row = rowBeside(at);
+    if (row < 0) return false;
+    const std::uint64_t id = state_.rows.id(row);
     dropped_.add(id);
-    state_.rows.erase(worst);
+    state_.rows.erase(row);
     if (const int held = state_.heldRows.find(id); held >= 0) state_.heldRows.erase(held);
     return true;
 }
@@ -426,6 +453,7 @@ void OneLoop::move(const Vec6& x, const Vec6& wanted) {
     last_ = x;
     travel_ -= state_.lengthOf(x);
     shift_ -= x.head<3>().norm();
+    state_.pushing = -1;
     if (capped_) tick_.record.flags |= kCapped;
     // If nothing holds the tool, it takes exactly the device's pose, so that free flight gives exactly zero force.
     state_.graphic = x == wanted ? device_ : moved(state_.graphic, x);
@@ -449,7 +477,7 @@ bool OneLoop::run(Wrench& wrench) {
         }
         Vec6 x = Vec6::Zero();
         const Found found = findStep(wanted, x);
-        if (found == Found::Failure) return false;
+        if (found == Found::Failure || blocked_) return false;
         if (state_.rows.size() >= record.rows) record.pairs = record.rows = record.rowsScreened = state_.rows.size();
         if (settings_.shadow != kNoSolver && state_.rows.size() > 0 && !std::exchange(shadowed_, true))
             tick_.runShadow(tick_.problemOf(wanted), undragged_);
@@ -461,7 +489,9 @@ bool OneLoop::run(Wrench& wrench) {
         move(x, wanted);
         flies_ = state_.rows.size() == 0;
         const double length = state_.lengthOf(x);
-        arrived = (length < kFelt && !capped_ && !beside_) || state_.graphic == device_;
+        arrived = (length < kFelt && !capped_) || state_.graphic == device_;
+        if (arrived) rowBeside(state_.graphic);
+        arrived = arrived && !beside_;
         // The next step could not be longer.
         stuck = length < (beside_ ? kUnmoved : kFelt) || std::min(travel_, shift_) < kFelt;
     }
@@ -481,10 +511,10 @@ bool OneLoop::run(Wrench& wrench) {
 
 bool isForOneLoop(const Tick& tick) {
     const TickState::Impl& state = tick.state;
-    return tick.settings.loop == Loop::One && state.obstacleTravel == 0 && findSolver(tick.settings.solver)->exact &&
+    return tick.settings.loop == Loop::One && findSolver(tick.settings.solver)->exact &&
            !hasFriction(*state.world, tick.settings) &&
            std::all_of(state.lists.begin(), state.lists.end(),
-                       [](const ContactList* list) { return list->ofFeatures() && list->inside() == 0; });
+                       [](const ContactList* list) { return list->ofFeatures(); });
 }
 
 bool oneLoopTick(Tick& tick, const Pose& device, Wrench& wrench) { return OneLoop(tick, device).run(wrench); }
