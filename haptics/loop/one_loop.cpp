@@ -27,9 +27,11 @@ namespace {
 /// A step up to this length ends the tick. A larger value leaves the tool short of its place.
 constexpr double kFelt = 1e-3;
 /// A step that known contacts alone make shorter than this is not made. A larger value leaves a moving tool behind its
-/// place, always on the same side: a nut turns with 0.7 % less torque at 1 µm, and a resting box is 0.2 % off at 0.1
-/// µm. With a smaller one more steps are swept.
-constexpr double kUnmoved = 3e-5;
+/// place, always on the same side: a nut turns with 0.7 % less torque at 1 µm. With a smaller one more steps are swept.
+constexpr double kUnmoved = 1e-4;
+/// The same of the first step of a tick: what a resting tool is off. A box that rocks is 0.2 % off at 0.1 µm; a smaller
+/// value moves resting tools by what rounding makes of their rows.
+constexpr double kRests = 1e-5;
 /// Known contacts keep their rows up to this multiple of the distance that is kept. With a larger value the tool is
 /// held where it no longer touches: at 2 a nut needs 1.8 % more torque. With a smaller one resting contacts are found
 /// again.
@@ -48,6 +50,8 @@ constexpr double kFirstPart = 0.03;
 /// Part of the tick's travel that a step with a drag may take. With all of it bunnies hover by 25 µm beside faces that
 /// they have just left.
 constexpr double kOfTravel = 0.95;
+/// All of it, but for rounding.
+constexpr double kAllTravel = 1 - 1e-9;
 /// A dragged step is short enough if what it may be is within these multiples of it, and one or two solves find the
 /// drag. More solves come closer; the rest is cut off.
 constexpr double kShortEnough = 0.98, kTooShort = 1.1;
@@ -238,7 +242,7 @@ OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
         if (!solve(wanted, x)) return Found::Failure;
         const double length = state_.lengthOf(x);
         // The other pairs would only hold the tool back.
-        if (solves == 0 && state_.rows.size() > 0 && length < kUnmoved && state_.pushing < 0) {
+        if (solves == 0 && state_.rows.size() > 0 && length < (steps_ == 0 ? kRests : kUnmoved) && state_.pushing < 0) {
             if (dropBeside(state_.graphic)) continue;
             if (!beside_) return Found::Arrived;
         }
@@ -308,7 +312,7 @@ bool OneLoop::solve(const Vec6& wanted, Vec6& x) {
         share = allowed(x, kOfTravel);
     }
     drag_ = drag;
-    x *= std::min(1.0, allowed(x, 1));
+    x *= std::min(1.0, allowed(x, kAllTravel));
     return true;
 }
 
