@@ -436,8 +436,8 @@ bool OneLoop::dropBeside(const Pose& at) {
     if (row < 0) return false;
     const std::uint64_t id = state_.rows.id(row);
     dropped_.add(id);
-    state_.rows.erase(row);
-    if (const int held = state_.heldRows.find(id); held >= 0) state_.heldRows.erase(held);
+    for (RowSet* rows : {&state_.rows, &state_.heldRows, &state_.lastRows})
+        if (const int found = rows->find(id); found >= 0) rows->erase(found);
     return true;
 }
 
