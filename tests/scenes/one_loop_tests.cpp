@@ -1,0 +1,74 @@
+// The one loop, which the setting `loop` chooses, on every bundled motion: it does what the classic loop does.
+#include <catch2/catch.hpp>
+
+#include "haptics/loop/tick_driver.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/sandbox/session/presets.hpp"
+#include "tests/scenes/scene_files.hpp"
+#include "tests/support/feet_judge.hpp"
+#include "tests/support/scene_judge.hpp"
+
+namespace touchstone::one_loop_tests {
+
+using namespace touchstone::test;
+
+namespace {
+
+Settings settingsFor(const sandbox::HapticScene& scene, Loop loop) {
+    Settings settings = sandbox::withGeometry(scene.settings, Geometry::Mesh);
+    settings.shadow = kNoSolver;
+    settings.friction = false;
+    settings.loop = loop;
+    return settings;
+}
+
+/// The names of the outcome's limits that a motion does not meet.
+std::vector<std::string> unmet(const sandbox::HapticScene& scene, const std::string& motion, Loop loop) {
+    sandbox::HeadlessOptions options;
+    options.device = "demo:" + motion;
+    options.timing = false;
+    const sandbox::Report report = sandbox::runHeadless(scene, settingsFor(scene, loop), options).report;
+    std::vector<std::string> names;
+    for (const sandbox::OutcomeCheck& check : report.checks)
+        if (!check.met) names.push_back(check.name);
+    return names;
+}
+
+/// Follows the motions of a scene whose names begin with the prefix, before the exact judge in every n-th tick.
+void follow(const std::filesystem::path& file, const std::string& prefix, unsigned every) {
+    CAPTURE(file.stem());
+    const sandbox::HapticScene scene = openBundled(file);
+    REQUIRE(scene.world);
+    const SceneJudge judge(scene);
+    const FeetJudge feet(*scene.world);
+    for (const NamedMotion& motion : scene.motions) {
+        if (!motion.name.starts_with(prefix)) continue;
+        CAPTURE(motion.name);
+        TickDriver driver(std::make_unique<Session>(scene.world, settingsFor(scene, Loop::One),
+                                                    std::make_unique<MotionDevice>(motion.motion)));
+        const TickState& state = driver.session().state;
+        int overlaps = 0, missed = 0;
+        while (!driver.finished()) {
+            const TickRecord record = driver.tick();
+            const bool begunInside = (record.flags & kOverlapping) != 0;
+            if (record.tick % every == 0 && !begunInside) overlaps += judge.overlap(record.X_WT, state.obstacles());
+            if (!(record.flags & (kCapped | kUnfinished))) missed += feet.worst(record, state).beyond > 0;
+        }
+        CHECK(overlaps == 0);
+        CHECK(missed == 0);
+        CHECK(unmet(scene, motion.name, Loop::One) == unmet(scene, motion.name, Loop::Classic));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("one loop: a shaft, gears and a lock end as with the classic loop, and nothing overlaps", "[scenes]") {
+    for (const char* name : {"spline", "gears", "lock"})
+        follow(TOUCHSTONE_BINARY_DIR "/scenes/" + std::string(name) + ".glb", "demonstration", 10);
+}
+
+TEST_CASE("one loop: every bundled motion ends as with the classic loop, and nothing overlaps", "[scenes][long]") {
+    for (const auto& file : sceneFiles()) follow(file, "", 20);
+}
+
+}  // namespace touchstone::one_loop_tests
