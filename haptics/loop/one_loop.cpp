@@ -39,8 +39,8 @@ constexpr double kFaces = 1.05;
 /// A row stands on its features if their nearest points lie outside them by at most this. With a larger value a row
 /// holds a pointed tool on the joint of two flush parts; with a smaller one rows are dropped, and crossed again.
 constexpr double kBesideFeatures = 1e-4;
-/// A step up to this length must not end on rows beside their features: it may end the tick. With a larger value rows
-/// are dropped that the next step would not cross.
+/// A step up to this length must not end on rows beside their features, since it may end the tick. With a larger value
+/// rows are dropped that the next step would not cross.
 constexpr double kMayEnd = 5 * kFelt;
 /// Longest step: a longer one bends further from its rows. A smaller one takes more steps.
 constexpr double kLongestStep = 0.25;
@@ -67,11 +67,11 @@ constexpr double kShortenedBy = 16;
 /// leaps beside threads become longer; with less, ticks in threads do not arrive.
 constexpr std::int64_t kWork = 1 << 17;
 constexpr int kWorkOfSweep = 256;
-/// Number of steps that take back the one before, with which a tick ends: its steps lead around a place that none of
-/// them reaches. With more, such ticks take longer; with fewer, wedged tools arrive later.
+/// A tick ends with the step with which its answers have taken back the one before them this often: they lead around a
+/// place that none of them reaches. With more, such ticks take longer; with fewer, wedged tools arrive later.
 constexpr int kReturns = 8;
-
-/// Maximum number of solves of a step, after which it is halved until it crosses nothing; three to ten are usual.
+/// Maximum number of solves of a step, after which it is halved until it brings nothing too near; three to ten are
+/// usual.
 constexpr int kSolvesOfStep = 64, kHalvesOfStep = 24;
 
 /// Pairs of features in ascending order. What does not fit is left out.
@@ -80,10 +80,11 @@ struct Pairs {
     int count = 0;
 
     auto end() { return ids.begin() + count; }
+    bool isFull() const { return count == int(ids.size()); }
     bool has(std::uint64_t id) { return std::binary_search(ids.begin(), end(), id); }
     void add(std::uint64_t id) {
         const auto at = std::lower_bound(ids.begin(), end(), id);
-        if (count == int(ids.size()) || (at != end() && *at == id)) return;
+        if (isFull() || (at != end() && *at == id)) return;
         std::move_backward(at, end(), end() + 1);
         *at = id;
         ++count;
@@ -267,7 +268,7 @@ OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
             return Found::Step;
         }
         // No row leads on where the rows contradict each other.
-        if (crossed == Crossed::Known || solves == kSolvesOfStep) {
+        if (crossed == Crossed::Known || solves >= kSolvesOfStep) {
             tick_.record.flags |= kHalved;
             capped_ = true;
             x = halved(x);
@@ -422,7 +423,7 @@ int OneLoop::rowBeside(const Pose& at) {
         }
         if (twin) continue;
         beside_ = true;
-        if (stand.beside <= most || dropped_.has(contact.id)) continue;
+        if (stand.beside <= most || dropped_.isFull() || dropped_.has(contact.id)) continue;
         most = stand.beside;
         worst = state_.rows.find(contact.id);
     }
@@ -469,10 +470,7 @@ bool OneLoop::run(Wrench& wrench) {
     bool arrived = false, stuck = false;
     while (!arrived && !stuck && !isSpent()) {
         if (steps_ >= 2)  // In a tick of many steps the last one predicts the next better than the last tick does.
-            for (int k = 0; k < int(state_.lists.size()); ++k) {
-                Course expected = course(k, last_);
-                state_.lists[k]->expect(expected);
-            }
+            for (int k = 0; k < int(state_.lists.size()); ++k) state_.lists[k]->expect(course(k, last_));
         const Vec6 wanted = incrementBetween(state_.graphic, device_);
         collectRows();
         if (fly(wanted)) {
