@@ -304,16 +304,18 @@ bool OneLoop::solve(const Vec6& wanted, Vec6& x) {
     double share = allowed(x, kOfTravel);
     if (share >= kShortEnough) return true;
     capped_ = true;
+    // Where the tool may not travel any more, no drag is large enough.
+    const int solves = share * state_.lengthOf(x) < kFelt ? 0 : kSolvesForDrag;
     // For a free tool the answer is that of the springs times γ/(γ + λ).
     double drag = 0;
-    for (int i = 0; i < kSolvesForDrag && !(share >= kShortEnough && share <= kTooShort); ++i) {
+    for (int i = 0; i < solves && !(share >= kShortEnough && share <= kTooShort); ++i) {
         const double gamma = x.dot(tick_.stiffness().cwiseProduct(x)) / x.dot(state_.metric().cwiseProduct(x));
         drag = i == 0 && drag_ > 0 ? drag_ : std::max(0.0, (drag + gamma) / share - gamma);
         if (!nearest(drag)) return false;
         share = allowed(x, kOfTravel);
     }
     drag_ = drag;
-    x *= std::min(1.0, allowed(x, kAllTravel));
+    x *= std::clamp(allowed(x, kAllTravel), 0.0, 1.0);
     return true;
 }
 
@@ -475,6 +477,7 @@ bool OneLoop::run(Wrench& wrench) {
         collectRows();
         if (fly(wanted)) {
             arrived = state_.graphic == device_;
+            stuck = std::min(travel_, shift_) < kFelt;
             continue;
         }
         Vec6 x = Vec6::Zero();
