@@ -195,6 +195,12 @@ TEST_CASE("thread: impossible dimensions are refused in one sentence", "[parts]"
     fit.pitch = 13;
     CHECK_THROWS_WITH(bolt(fit), Catch::Contains("pitch must be smaller"));
     fit = {};
+    fit.flank = 0;
+    CHECK_THROWS_WITH(bolt(fit), Catch::Contains("flank of a thread"));
+    fit = {};
+    fit.depth = 1.7;
+    CHECK_THROWS_WITH(bolt(fit), Catch::Contains("less deep"));
+    fit = {};
     fit.segments = 3;
     CHECK_THROWS_WITH(bolt(fit), Catch::Contains("segments"));
 }

@@ -127,14 +127,14 @@ engine::MeshData finished(Solid solid, bool left) {
 
 void check(const ThreadFit& fit) {
     require(fit.pitch > 0 && fit.height > 0, "the pitch and the nut's height must be positive");
-    require(fit.flank >= 0.5 && fit.flank < 60, "the flank of a thread must lie between 0.5 and 60 degrees");
-    require(fit.rootHalf() > fit.clearance, "the thread must be less deep: its flanks meet above the root");
     require(fit.minorDiameter() / 2 > 2 * kBeyond, "the bolt must be thicker than its thread is deep");
     require(fit.clearance >= 0 && fit.clearance < fit.pitch / 8,
             "the clearance of a thread must lie between 0 and an eighth of the pitch");
     require(fit.standing() >= fit.pitch, "the pitch must be smaller: the bolt has less than one turn above the plate");
     require(fit.height > fit.pitch + 2 * kBeyond + 2 * fit.cut(),
             "the nut must be higher than its chamfers and a turn of the thread");
+    require(fit.flank >= 0.5 && fit.flank < 60, "the flank of a thread must lie between 0.5 and 60 degrees");
+    require(fit.rootHalf() > fit.clearance, "the thread must be less deep: its flanks meet above the root");
     require(fit.segments >= 12 && fit.nutSections() >= 12, "bolt and nut need twelve segments or more");
     require(fit.starts >= 1 && 4 * fit.starts <= fit.segments && 4 * fit.starts <= fit.nutSections(),
             "a thread has one start or more, and four sections for each");
