@@ -54,7 +54,7 @@ constexpr double kOfTravel = 0.95;
 constexpr double kAllTravel = 1 - 1e-9;
 /// A dragged step is short enough if what it may be is within these multiples of it, and one or two solves find the
 /// drag. More solves come closer; the rest is cut off.
-constexpr double kShortEnough = 0.98, kTooShort = 1.1;
+constexpr double kSlightlyLong = 0.98, kSlightlyShort = 1.1;
 constexpr int kSolvesForDrag = 4;
 /// The tool flies if the device is farther than this many longest steps. A shorter way is swept as fast.
 constexpr double kFlies = 2;
@@ -302,13 +302,13 @@ bool OneLoop::solve(const Vec6& wanted, Vec6& x) {
     if (!nearest(0)) return false;
     undragged_ = x;
     double share = allowed(x, kOfTravel);
-    if (share >= kShortEnough) return true;
+    if (share >= kSlightlyLong) return true;
     capped_ = true;
     // Where the tool may not travel any more, no drag is large enough.
     const int solves = share * state_.lengthOf(x) < kFelt ? 0 : kSolvesForDrag;
     // For a free tool the answer is that of the springs times γ/(γ + λ).
     double drag = 0;
-    for (int i = 0; i < solves && !(share >= kShortEnough && share <= kTooShort); ++i) {
+    for (int i = 0; i < solves && !(share >= kSlightlyLong && share <= kSlightlyShort); ++i) {
         const double gamma = x.dot(tick_.stiffness().cwiseProduct(x)) / x.dot(state_.metric().cwiseProduct(x));
         drag = i == 0 && drag_ > 0 ? drag_ : std::max(0.0, (drag + gamma) / share - gamma);
         if (!nearest(drag)) return false;
