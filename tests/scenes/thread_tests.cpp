@@ -224,7 +224,7 @@ TEST_CASE("thread: facets in step let it hold sooner, and the fit says from whic
     CHECK(rough.least < 0.7);
     CHECK_THAT(sandbox::facetClause(rough), Catch::Contains("facets rise by 0.6") && Catch::Contains("they decide"));
     for (const double force : {-10.0, 10.0}) CHECK(holdsFrom(inStep, force) == Approx(rough.least).margin(0.06));
-    CHECK_FALSE(sandbox::threadLead(*apart.scene.world, {}));
+    CHECK_FALSE(sandbox::threadLead(*apart.scene.world, {}, apart.scene.settings.contactDistance));
 }
 
 }  // namespace touchstone::thread_tests

@@ -342,7 +342,7 @@ std::optional<FitCheck> checkFit(const FitQuestion& question, const Settings& se
     }
     judge(question, settings, fit);
     if (goal && question.facets && fit.fits() && !fit.spheres) {
-        fit.thread = threadLead(world, *goal, [&](double) { return go(); });
+        fit.thread = threadLead(world, *goal, settings.contactDistance, [&](double) { return go(); });
         if (!go()) return {};
     }
     return fit;

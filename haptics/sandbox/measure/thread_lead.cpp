@@ -29,7 +29,9 @@ Pose screwed(const GoalRegion& goal, double leads) {
 /// A hand that pulls the tool along the goal's axis with a force, and holds it at an angle about it.
 class AxialHand {
   public:
-    AxialHand(const World& world, const GoalRegion& goal, double force) : world_(world), state_(world), force_(force) {
+    AxialHand(const World& world, const GoalRegion& goal, double contactDistance, double force)
+        : world_(world), state_(world), force_(force) {
+        settings_.contactDistance = contactDistance;
         settings_.shadow = kNoSolver;
         settings_.friction = false;
         settings_.torsion = kForce * std::abs(goal.lead) / (2 * std::numbers::pi) / kWindUp;
@@ -71,11 +73,12 @@ std::string facetClause(const ThreadLead& lead) {
                            : "");
 }
 
-std::optional<ThreadLead> threadLead(const World& world, const GoalRegion& goal, const MeasureProgress& progress) {
+std::optional<ThreadLead> threadLead(const World& world, const GoalRegion& goal, double contactDistance,
+                                     const MeasureProgress& progress) {
     if (goal.lead == 0) return {};
     ThreadLead found{.least = INFINITY, .most = 0};
     for (const double force : {-kForce, kForce}) {
-        AxialHand hand(world, goal, force);
+        AxialHand hand(world, goal, contactDistance, force);
         for (int i = 1; i <= kPressing; ++i) hand.tick(double(i) / kPressing);
         for (int i = 0; i < kTurnSteps; ++i) {
             if (progress && !progress(((force > 0) + double(i) / kTurnSteps) / 2)) return {};

@@ -21,6 +21,7 @@ std::string facetClause(const ThreadLead& lead);
 /// Turns the tool by 5 degrees, a lead above its goal, pressed and pulled without friction, and compares the torque at
 /// rest with the force (by energy, torque over force is the rise over the turn). Allocates; takes up to some seconds.
 /// Nothing without a lead, if the tool is not held by meshes there, or if `progress` ended it.
-std::optional<ThreadLead> threadLead(const World& world, const GoalRegion& goal, const MeasureProgress& progress = {});
+std::optional<ThreadLead> threadLead(const World& world, const GoalRegion& goal, double contactDistance,
+                                     const MeasureProgress& progress = {});
 
 }  // namespace touchstone::sandbox
