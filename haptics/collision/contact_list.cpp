@@ -69,7 +69,7 @@ bool ContactList::complete(const Coverage& asked, double slack) {
         // If the tool moves slowly, the search also covers steps as long as the motion of a tick.
         Within within = withCurveReserve(asked.within);
         if (const double tick = extent().length(tick_); tick <= slack)
-            within = {within.margin, std::max(within.curve, tick * tick), std::max(within.most, tick)};
+            within = {within.margin, std::max(within.curve, tick * tick), std::max(within.most, tick), within.turn};
         // Deep overlaps can exceed the memory, and dense meshes the budget. The search is then repeated for this course
         // alone, without slack.
         if (budget_) budget_->beginLookAhead();

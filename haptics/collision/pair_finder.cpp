@@ -95,7 +95,7 @@ void PairFinder::narrow(const PairEntries& from, const Coverage& asked, PairEntr
 }
 
 double PairFinder::reserve(const Coverage& have, const Coverage& asked, double deviation) const {
-    if (have.within.margin < 0) return -1;
+    if (have.within.margin < 0 || have.within.turn < asked.within.turn) return -1;
     const double widest = asked.within.at(leastSum_);
     const double margin = asked.within.curve <= have.within.curve ? asked.within.margin : widest;
     return std::min(have.within.most - widest, have.within.margin - margin) - deviation;

@@ -130,7 +130,7 @@ class PairFinder {
     double reserve(const Coverage& have, const Coverage& asked, double deviation) const;
     /// Upper bound on the distance of any point from the course of `have` while the tool follows `course`, mm.
     double deviationFrom(const Coverage& have, const Course& course) const {
-        return deviation(have.course, course, extent_);
+        return have.course == course ? 0 : deviation(have.course, course, extent_);
     }
     /// Bound on the error of a gap in float at this pose, mm.
     virtual float guard(const Pose& X_OT) const = 0;

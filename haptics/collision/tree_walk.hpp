@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "haptics/collision/sphere_tree.hpp"
@@ -23,6 +24,9 @@ struct Course {
     static Course between(const Pose& from, const Pose& to, const Vec3& center) {
         return {from, to * center - from * center, logRotation(to.q * from.q.conjugate())};
     }
+    bool operator==(const Course& other) const {
+        return X_OT == other.X_OT && shift == other.shift && turn == other.turn;
+    }
     bool stays() const { return shift.isZero(0) && turn.isZero(0); }
     Course times(double k) const { return {X_OT, k * shift, k * turn}; }
     /// The pose at the end, for a tool with this center.
@@ -38,13 +42,17 @@ struct Within {
     double margin = -1;  ///< mm; negative: no pairs
     double curve = 0;    ///< mm²
     double most = -1;    ///< upper bound on the gap, mm
+    /// Of features: the largest turn of a step that they serve, rad. Their normals turn with the tool, so that a pair
+    /// which cannot oppose each other now may do so in a step.
+    double turn = std::numeric_limits<double>::infinity();
 
     Within() = default;
     Within(double margin_) : margin(margin_), most(margin_) {}  // NOLINT: a margin converts, the same for all radii
-    Within(double margin_, double curve_, double most_) : margin(margin_), curve(curve_), most(most_) {}
+    Within(double margin_, double curve_, double most_, double turn_ = std::numeric_limits<double>::infinity())
+        : margin(margin_), curve(curve_), most(most_), turn(turn_) {}
     /// The largest gap for pairs with this sum of radii, mm; sum > 0.
     double at(double sum) const { return std::min(most, margin + curve / sum); }
-    Within wider(double by) const { return {margin + by, curve, most + by}; }
+    Within wider(double by) const { return {margin + by, curve, most + by, turn}; }
 };
 
 /// The pairs that are within somewhere on the course.

@@ -100,7 +100,10 @@ FeatureList::FeatureList(const Surface& tool, const Surface& obstacle, int obsta
 }
 
 Coverage FeatureList::crossing(const Course& step, double) const {
-    return {step, extent().reach * step.turn.squaredNorm() / 2 + distance_ + 2 * inside_ + 1e-6};
+    Within within = extent().reach * step.turn.squaredNorm() / 2 + distance_ + 2 * inside_ + 1e-6;
+    // Those of any step of the tool, so that the next one needs no other pairs; an obstacle may turn as well.
+    within.turn = std::max(step.turn.norm(), 1.05 * std::sqrt(distance_ / extent().reach)) + lean();
+    return {step, within};
 }
 
 bool FeatureList::appendRows(const Pose&, const Mat3&, double, RowSet&, int) const { return true; }

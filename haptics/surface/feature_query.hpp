@@ -31,10 +31,10 @@ struct FeaturePairFinder::Query {
         turn = course.turn.cast<float>();
         stays = course.stays();
         margin = float(asked.within.margin) + guard;
-        // What serves this course also serves steps near it: neither end of them has turned further, and the pairs of
-        // a step may be off by its own turn (FeatureList).
+        // What serves this course also serves steps near it: neither end of them has turned further, and the normals of
+        // a step's pairs may be off by its own turn (FeatureList).
         const double turned = asked.within.margin / std::max(leastAbout, 1e-9) + course.turn.norm();
-        angle = float(std::min(3 * turned + kDirectionGuard, std::numbers::pi));
+        angle = float(std::min(turned + std::min(2 * turned, asked.within.turn) + kDirectionGuard, std::numbers::pi));
         cosAngle = std::cos(angle);
         sinAngle = std::sin(angle);
         sine = angle < std::numbers::pi_v<float> / 2 ? sinAngle : 1.0f;
