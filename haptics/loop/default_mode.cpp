@@ -25,10 +25,6 @@ constexpr int kBlockedLeapSteps = 3;
 /// time of a tick that follows a leap within a thread or a hole. With a smaller number ordinary ticks of fine meshes
 /// end before the tool has arrived.
 constexpr int kTickRows = 2048;
-/// Number of evaluations by the exact solver for friction, summed over its solves, with which a tick ends kUnfinished.
-/// It bounds the time of a tick in which steps lead to and fro between answers that are hard to find. Dozens are usual,
-/// thousands where a tool is clamped; with a smaller number such a tool arrives later.
-constexpr int kTickEvaluations = 10000;
 /// A motion of the device is a leap if C moves by more than this multiple of the travel that the tick's linearizations
 /// can follow (linearisations x trust). A smaller multiple extends more ticks of ordinary fast motion; with a larger
 /// one a leap of less than it drags the tool.
@@ -47,17 +43,20 @@ constexpr double kTrust = 0.25;
 }  // namespace
 
 DefaultTick::DefaultTick(Tick& tick, const Pose& device)
-    : tick_(tick), state_(tick.state), settings_(tick.settings), device_(device), flying_(!state_.loaded) {
+    : tick_(tick),
+      state_(tick.state),
+      settings_(tick.settings),
+      device_(device),
+      friction_(tick),
+      flying_(!state_.loaded) {
     for (const ContactList* list : state_.lists) (list->ofFeatures() ? ofFeatures_ : ofLeaves_) = true;
     if (ofFeatures_ && !ofLeaves_) trust_ = margin_ = kTrust;
     linearizations_ = linearizationsOf(settings_, ofFeatures_ ? Geometry::Mesh : Geometry::Spheres);
-    rubs_ = hasFriction(*state_.world, settings_);
-    if (!rubs_) state_.forces.forget();
 }
 
 /// Whether the tick has taken so much time that it must end.
 bool DefaultTick::isSpent() const {
-    return rowsOfTick_ > kTickRows || evaluationsOfTick_ > kTickEvaluations || state_.searches->isTickSpent();
+    return rowsOfTick_ > kTickRows || friction_.isSpent() || state_.searches->isTickSpent();
 }
 
 /// The motion of the tool in the obstacle's frame for the increment x from the graphic pose.
@@ -232,16 +231,7 @@ bool DefaultTick::run(Wrench& wrench) {
         stuck = moved < least || std::min(travelBudget_, ofFeatures_ ? shiftBudget_ : INFINITY) < kArrived;
         shortened = moved + kArrived < step.length;
     }
-    if (held_) {
-        // The force of the last tick holds the tool at its place inside the cones; that of the springs would not. An
-        // obstacle that moved in this tick may have taken that place.
-        if (state_.obstacleTravel > 0) return false;
-        state_.graphic = start;
-        state_.forces.restartTick();
-        tick_.record.flags |= kFrictionHeld;
-        wrench = state_.wrench;
-        tick_.loaded = !wrench.isZero();
-    }
+    if (friction_.failed() && !friction_.hold(start, wrench)) return false;
     // Linearizations that lead to and fro must not shake a device at rest.
     if (rests_ && energyAt(start) <= energyAt(state_.graphic) + tick_.stiffness()[0] * kArrived * kArrived / 2) {
         state_.graphic = start;
@@ -250,19 +240,19 @@ bool DefaultTick::run(Wrench& wrench) {
     if (!arrived) tick_.record.flags |= kUnfinished;
     tick_.record.linearisations = linearization_;
     tick_.record.hover = state_.hoverAt(state_.graphic);
-    if (rubs_) recordFriction();
+    if (friction_.any()) friction_.record();
 
     for (int k = 0; k < int(state_.lists.size()); ++k) {
         const Pose X_OT = state_.inObstacle(k, state_.graphic);
         state_.courses[k] = Course::between(state_.courses[k].X_OT, X_OT, state_.p_TC);
         state_.courses[k].X_OT = X_OT;
     }
-    if (!held_) wrench = tick_.coupling(incrementBetween(device_, state_.graphic));
+    if (!friction_.failed()) wrench = tick_.coupling(incrementBetween(device_, state_.graphic));
     return true;
 }
 
 bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench) {
-    return isForOneLoop(tick) ? oneLoopTick(tick, device, wrench) : DefaultTick(tick, device).run(wrench);
+    return tick.settings.loop == Loop::One ? oneLoopTick(tick, device, wrench) : DefaultTick(tick, device).run(wrench);
 }
 
 }  // namespace touchstone

@@ -28,9 +28,10 @@ bool DefaultTick::completeLists(double margin, const Vec6& x) {
     bool complete = true;
     for (int k = 0; k < int(state_.lists.size()) && complete; ++k) {
         ContactList& list = *state_.lists[k];
-        Coverage asked{state_.inObstacle(k, state_.graphic), margin + list.distance()};
-        if (k != state_.pushing && list.isComplete(asked)) continue;
-        asked = list.crossing(course(k, x), margin);
+        const Coverage asked = list.crossing(course(k, x), margin);
+        Coverage all{state_.inObstacle(k, state_.graphic), margin + list.distance()};
+        all.within.turn = asked.within.turn;
+        if (k != state_.pushing && list.isComplete(all)) continue;
         state_.noteAsked(asked.within);
         complete = list.complete(asked, settings_.slack);
     }
@@ -95,7 +96,7 @@ bool DefaultTick::addTouching(const Crossing& by, Crossed& result) {
 /// rows from the beginning.
 void DefaultTick::noteTouching() {
     state_.touching.clear();
-    if (rubs_ || !findSolver(settings_.solver)->exact) return;
+    if (friction_.any() || !findSolver(settings_.solver)->exact) return;
     for (const TickState::Impl::Contact& contact : state_.contacts)
         if (state_.lists[obstacleOf(contact.id)]->ofFeatures()) state_.touching.push(contact.id);
 }
@@ -111,7 +112,7 @@ bool DefaultTick::isCarriedBy(const TouchingPairs& pairs) const {
 std::uint64_t DefaultTick::carrierBeside(const Pose& at, bool& any) const {
     any = false;
     std::uint64_t worst = kNoCarrier;
-    if (!ofFeatures_ || (!rubs_ && !findSolver(settings_.solver)->exact)) return worst;
+    if (!ofFeatures_ || (!friction_.any() && !findSolver(settings_.solver)->exact)) return worst;
     double most = kBeside;
     for (const TickState::Impl::Contact& contact : state_.contacts) {
         const int k = obstacleOf(contact.id);
@@ -178,7 +179,7 @@ void DefaultTick::holdRows(const Vec6& solved, const Vec6& x) {
         if (const int at = held.find(state_.rows.id(i)); at >= 0) {
             // No trial of this step crossed a row that is as it was held. With friction, dropping them takes more
             // steps.
-            const bool dropped = cycling_ && !rubs_ && held.row(at) == row && left(state_.rows.id(i));
+            const bool dropped = cycling_ && !friction_.any() && held.row(at) == row && left(state_.rows.id(i));
             for (int k = 0; k < 6; ++k) held.column(k)[at] = row[k];
             held.gap()[at] = dropped ? INFINITY : gap + row.dot(x);
         } else if (held.size() + added.size() < held.capacity()) {

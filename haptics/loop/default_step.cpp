@@ -108,7 +108,7 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     step = {wanted, wanted, state_.lengthOf(wanted), true};
     const double base = settings_.adaptiveMargin ? kBaseMargin * settings_.margin : settings_.margin;
     if (!collectRows(base)) return Found::Failure;
-    if (rubs_) addLoadedRows();
+    if (friction_.any()) addLoadedRows();
     clear_.setConstant(NAN);
     Found found = Found::Contact;
     solved_ = false;
@@ -139,9 +139,9 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     flying_ = state_.rows.size() == 0 && !fitsCappedSteps(wanted) && !isNear(settings_.margin);
     if (isFlight(wanted, step)) return Found::Flight;
     // With friction, contacts are those of the last solve, which may be that of another problem.
-    if (settings_.shadow != kNoSolver && !shadowRan_ && state_.rows.size() && !(rubs_ && step.dragged)) {
+    if (settings_.shadow != kNoSolver && !shadowRan_ && state_.rows.size() && !(friction_.any() && step.dragged)) {
         const auto contacts = state_.forces.contacts();
-        if (!rubs_)
+        if (!friction_.any())
             tick_.runShadow(tick_.problemOf(wanted), step.rendered);
         else if (step.rubs && !contacts.empty())
             tick_.runFrictionShadow({tick_.stiffness(), wanted, contacts}, step.rendered, step.exact);
@@ -159,7 +159,7 @@ DefaultTick::Found DefaultTick::settle(const Vec6& wanted, Step& step, AddCrosse
     bool done = false;
     for (int trial = 0; !done && !isSpent() && (!ofFeatures_ || trial < kTrials); ++trial) {
         if (!std::exchange(solved_, false) && state_.rows.size() && !solve(wanted, step)) return Found::Failure;
-        if (held_) return Found::Blocked;
+        if (friction_.failed()) return Found::Blocked;
         cycling_ = cycling_ || (reversals_ > 0 && state_.rows.size() && takesBack(step.x));
         if (cycling_ && addHeldRows()) continue;
         Crossed crossed = Crossed::Nothing;
@@ -270,7 +270,7 @@ DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
 }
 
 bool DefaultTick::solve(const Vec6& wanted, Step& step) {
-    if (rubs_) {
+    if (friction_.any()) {
         if (!solveWithFriction(wanted, step)) return false;
     } else {
         const Tick::Solved solved = tick_.solve(wanted, trust_);
@@ -289,8 +289,8 @@ void DefaultTick::slowDown(const Vec6& wanted, Step& step) {
     step.slowed = step.dragged = false;
     const double whole = allowed(step.x, trust_, maxTurn(), kOfBudget);
     if (whole >= kLonger || whole * step.length < kArrived || step.elastic) return;
-    const bool exact =
-        rubs_ ? step.rubs && findFrictionSolver(settings_.frictionSolver)->exact : findSolver(settings_.solver)->exact;
+    const bool exact = friction_.any() ? step.rubs && findFrictionSolver(settings_.frictionSolver)->exact
+                                       : findSolver(settings_.solver)->exact;
     if (!ofFeatures_ || ofLeaves_ || !exact) return;
     // The multiple that is allowed is nearly linear in the drag; it is for a free tool, which nothing holds.
     const auto squared = [&](const Vec6& metric) { return step.x.dot(metric.cwiseProduct(step.x)); };
@@ -314,8 +314,8 @@ void DefaultTick::slowDown(const Vec6& wanted, Step& step) {
 
 /// The answer with a drag, if there is one.
 std::optional<Vec6> DefaultTick::slowed(const Vec6& wanted, double drag) {
-    if (!rubs_) return tick_.solve(wanted, trust_, drag).x;
-    const ContactForces::Result result = solveForces(wanted, drag);
+    if (!friction_.any()) return tick_.solve(wanted, trust_, drag).x;
+    const ContactForces::Result result = friction_.solve(wanted, drag);
     if (result.status != SolveStatus::Solved || result.friction == FrictionStatus::None) return std::nullopt;
     return result.x;
 }

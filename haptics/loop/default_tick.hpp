@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "haptics/loop/tick_memory.hpp"
+#include "haptics/loop/tick_friction.hpp"
 
 namespace touchstone {
 
@@ -26,7 +26,7 @@ struct DroppedPairs {
     bool has(std::uint64_t id) const { return std::find(ids.begin(), ids.begin() + count, id) != ids.begin() + count; }
 };
 
-class DefaultTick final : RowContacts {
+class DefaultTick final {
   public:
     DefaultTick(Tick& tick, const Pose& device);
     bool run(Wrench& wrench);
@@ -113,17 +113,14 @@ class DefaultTick final : RowContacts {
     void holdRows(const Vec6& solved, const Vec6& x);
 
     // Friction (default_friction.cpp).
-    Place placeOf(std::uint64_t id) const noexcept override { return placeOf(id, restarted_); }
-    Place placeOf(std::uint64_t id, bool restarted) const noexcept;
     void addLoadedRows();
     bool solveWithFriction(const Vec6& wanted, Step& step);
-    ContactForces::Result solveForces(const Vec6& wanted, double drag = 0);
-    void recordFriction();
 
     Tick& tick_;
     TickState::Impl& state_;
     const Settings& settings_;
     const Pose device_;
+    TickFriction friction_;
     double trust_ = settings_.trust, margin_ = settings_.margin;
     double travelBudget_ = INFINITY;  ///< travel that this tick may still make, mm
     double shiftBudget_ = INFINITY;   ///< translation of C that this tick may still make, mm
@@ -131,27 +128,22 @@ class DefaultTick final : RowContacts {
     int linearization_ = 0;
     int pairs_ = 0;
     int solvedRows_ = 0;
-    int rowsOfTick_ = 0;         ///< summed over the linearizations
-    int evaluationsOfTick_ = 0;  ///< by the exact solver for friction
-    double allRowsTo_ = 0;       ///< every pair with a gap up to this has its row, mm
-    double crossedRowsTo_ = 0;   ///< every pair with a gap up to this has its row if the trusted step crosses it, mm
-    double freeLength_ = 0;      ///< of a flight: its path is free for this length, mm
-    bool flying_;                ///< the next step may be a flight
-    bool rests_ = false;         ///< device and obstacles are where they were in the last tick
-    bool solved_ = false;        ///< the step is the answer on the present rows
+    int rowsOfTick_ = 0;        ///< summed over the linearizations
+    double allRowsTo_ = 0;      ///< every pair with a gap up to this has its row, mm
+    double crossedRowsTo_ = 0;  ///< every pair with a gap up to this has its row if the trusted step crosses it, mm
+    double freeLength_ = 0;     ///< of a flight: its path is free for this length, mm
+    bool flying_;               ///< the next step may be a flight
+    bool rests_ = false;        ///< device and obstacles are where they were in the last tick
+    bool solved_ = false;       ///< the step is the answer on the present rows
     bool shadowRan_ = false;
     int reversals_ = 0;                           ///< successive steps that took back the one before
     bool cycling_ = false;                        ///< two steps of this tick led to and fro
     bool ofFeatures_ = false, ofLeaves_ = false;  ///< the tool touches an obstacle by their meshes, their spheres
-    bool rubs_ = false;                           ///< there is friction
     double drag_ = 1;                             ///< of the last slowed step, over that of a free tool
-    bool held_ = false;                           ///< no forces with friction were found
-    bool restarted_ = false;                      ///< slip counts from restart_ and not since the tick began
-    Pose restart_;
-    bool blocked_ = false;          ///< an obstacle moves where the tool cannot give way
-    Vec6 clear_ = Vec6::Zero();     ///< the last trial step between meshes that crossed nothing
-    Vec6 lastMove_ = Vec6::Zero();  ///< the last move of this tick
-    DroppedPairs dropped_;          ///< in this linearization, see dropBeside()
+    bool blocked_ = false;                        ///< an obstacle moves where the tool cannot give way
+    Vec6 clear_ = Vec6::Zero();                   ///< the last trial step between meshes that crossed nothing
+    Vec6 lastMove_ = Vec6::Zero();                ///< the last move of this tick
+    DroppedPairs dropped_;                        ///< in this linearization, see dropBeside()
 };
 
 }  // namespace touchstone

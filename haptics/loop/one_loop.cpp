@@ -1,7 +1,8 @@
-// One loop for contact between meshes: from where the tool is to the pose that is nearest to the device.
+// One loop for contact: from where the tool is to the pose that is nearest to the device.
 //
 //   repeat
-//     rows := the known contacts whose features still face each other, as they are at this pose           collectRows
+//     rows := as they are at this pose, of features the known contacts that still face each other, of leaves
+//             all pairs that are near                                                                      collectRows
 //     without any, and with the device far: fly straight, as far as the way is free                       fly
 //     repeat
 //       x := the increment nearest to the device on the rows, with a drag that makes it short enough      solve
@@ -12,12 +13,15 @@
 //     move by x, exactly as it was swept: the rows that carry force are known contacts now                move
 //   until x is too short to be felt, or the tick has spent its travel or its work
 //
-// A step that crosses nothing leaves apart what was apart, so the tool never overlaps, wherever a tick ends.
+// A step that crosses no features leaves apart what was apart, so the tool never overlaps, wherever a tick ends. Leaves
+// are round and their rows straight, so a step among them is halved until it brings none deeper. With friction, solve()
+// finds the forces by Coulomb's law (TickFriction), and all else stays the same.
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "haptics/loop/tick_memory.hpp"
+#include "haptics/loop/setting_table.hpp"
+#include "haptics/loop/tick_friction.hpp"
 
 namespace touchstone {
 namespace {
@@ -29,9 +33,9 @@ constexpr double kFelt = 1e-3;
 /// A step that known contacts alone make shorter than this is not made. A larger value leaves a moving tool behind its
 /// place, always on the same side: a nut turns with 0.7 % less torque at 1 µm. With a smaller one more steps are swept.
 constexpr double kUnmoved = 1e-4;
-/// The same of the first step of a tick: what a resting tool is off. A box that rocks is 0.2 % off at 0.1 µm; a smaller
-/// value moves resting tools by what rounding makes of their rows.
-constexpr double kRests = 1e-5;
+/// The same of the first step of a tick: what a resting tool is off, 0.01 µN. A smaller value moves resting tools by
+/// what rounding makes of their rows.
+constexpr double kRests = 1e-8;
 /// Known contacts keep their rows up to this multiple of the distance that is kept. With a larger value the tool is
 /// held where it no longer touches: at 2 a nut needs 1.8 % more torque. With a smaller one resting contacts are found
 /// again.
@@ -62,14 +66,22 @@ constexpr double kFlies = 2;
 constexpr double kTurnOfFlight = 0.2;
 /// Factor by which the steps of a tick become shorter if the pairs of one are too many to be found or crossed.
 constexpr double kShortenedBy = 16;
-/// Work of a tick, in tests of searches (SearchBudget), some 20 ns each. A sweep counts as this many and one for each
-/// pair that is listed. A tick that has spent its work ends with the step that it has made. With more, ticks after
-/// leaps beside threads become longer; with less, ticks in threads do not arrive.
-constexpr std::int64_t kWork = 1 << 17;
-constexpr int kWorkOfSweep = 256;
+/// Work of a tick, in rows, summed over its sweeps and steps: a sweep counts as that of its rows and kWorkOfSweep more,
+/// and a step as kWorkOfTravel such sweeps for each mm, since it leads to other pairs, which must be found. A tick that
+/// has spent its work ends with the step that it has made. With more, ticks after leaps beside threads become longer;
+/// with less, ticks in threads do not arrive. Pairs would measure the time better, but how many are listed depends on
+/// which thread found them, and the result must not.
+constexpr int kWork = 1 << 14, kWorkOfSweep = 32;
+constexpr double kWorkOfTravel = 48;
 /// A tick ends with the step with which its answers have taken back the one before them this often: they lead around a
 /// place that none of them reaches. With more, such ticks take longer; with fewer, wedged tools arrive later.
 constexpr int kReturns = 8;
+/// Leaves have a row from the first solve on up to this part of the margin. With a larger one solves have more rows;
+/// with a smaller one a step takes more of them.
+constexpr double kNearLeaves = 0.04;
+/// Maximum number of their rows in the first solve. Deep overlaps exceed it; then it has the nearest pair of each leaf
+/// of the tool. With more, such ticks take longer; with fewer, ordinary deep contacts take more solves.
+constexpr int kMostLeafRows = 4096;
 /// Maximum number of solves of a step, after which it is halved until it brings nothing too near; three to ten are
 /// usual.
 constexpr int kSolvesOfStep = 64, kHalvesOfStep = 24;
@@ -101,55 +113,89 @@ class OneLoop {
         Failure,  ///< the lists overflow: the tool is held without force
         Step,     ///< a step that crosses nothing
         Arrived,  ///< the known contacts leave no step that is worth it
+        Held,     ///< no forces with friction were found
     };
 
     Course course(int k, const Vec6& x) const;
     double allowed(const Vec6& x, double ofTravel) const;
-    void collectRows();
+    bool collectRows();
+    bool appendRows(bool all);
+    void appendFacing(int k, Pairs& facing);
+    double nearLeaves() const { return (settings_.adaptiveMargin ? kNearLeaves : 1) * settings_.margin; }
     double freePartOf(const Vec6& x);
     bool fly(const Vec6& wanted);
     Found findStep(const Vec6& wanted, Vec6& x);
+    SolveStatus solveOnRows(const Vec6& wanted, double drag, Vec6& x);
     bool solve(const Vec6& wanted, Vec6& x);
     bool takesBack(const Vec6& x) const;
     bool joinLastRows();
     bool completeLists(const Vec6& x);
     bool shorten();
     Crossed sweep(const Vec6& x, bool whole);
+    bool deepens(const Vec6& x);
     Vec6 halved(Vec6 x);
+    void takeCarefully(Vec6& x);
     int rowBeside(const Pose& at);
     bool dropBeside(const Pose& at);
     void move(const Vec6& x, const Vec6& wanted);
+    /// The contacts that carry force in the last solve.
+    std::span<const TickState::Impl::Contact> carriers() const {
+        return exact_ ? std::span<const TickState::Impl::Contact>(state_.contacts)
+                      : std::span<const TickState::Impl::Contact>();
+    }
     void noteCarriers();
-    bool isSpent() const { return returns_ > kReturns || work_ + state_.searches->spent() > kWork; }
+    void runShadow(const Vec6& wanted);
+    bool isSpent() const {
+        return returns_ > kReturns || pressed_ >= mostPressed_ || work_ > kWork || friction_.isSpent() ||
+               state_.searches->isTickSpent();
+    }
 
     Tick& tick_;
     TickState::Impl& state_;
     const Settings& settings_;
     const Pose device_;
+    TickFriction friction_;
     Pairs known_;    ///< contacts of the last tick, and of the steps of this one
     Pairs dropped_;  ///< rows that this tick dropped since they stood beside their features
+    bool exact_;     ///< the solver tells which contacts carry force
+    bool ofFeatures_ = false, ofLeaves_ = false;  ///< the tool touches an obstacle by their meshes, their spheres
     double longest_ = kLongestStep;
     double travel_ = INFINITY, shift_ = INFINITY;  ///< that all points and C may still make in this tick, mm
     double drag_ = 0;                              ///< of the last dragged step, N/mm
     Vec6 last_ = Vec6::Zero();                     ///< the last step
-    Vec6 undragged_ = Vec6::Zero();                ///< the answer before the drag
+    int screened_ = 0;                             ///< rows that the last solve was given
+    Vec6 rendered_ = Vec6::Zero();                 ///< the answer of the solver, before an approximate one is projected
+    Vec6 undragged_ = Vec6::Zero();                ///< that before the drag
     int steps_ = 0, returns_ = 0;
-    std::int64_t work_ = 0;  ///< of sweeps
-    bool flies_ = true;      ///< a flight is worth a search
-    bool beside_ = false;    ///< what carries the tool stands beside its features
-    bool capped_ = false;    ///< the step is shorter than the answer
-    bool blocked_ = false;   ///< an obstacle moves where the tool cannot give way
+    int pairs_ = 0;                                      ///< that the rows of this pose stand for
+    int pressed_ = 0;                                    ///< steps that ended on contacts
+    int mostPressed_ = std::numeric_limits<int>::max();  ///< setting `linearisations`, of leaves
+    int work_ = 0;                                       ///< see kWork
+    bool flies_ = true;                                  ///< a flight is worth a search
+    /// Of an answer that leads out of leaves that overlap: the part that the step is, which has to resolve only that
+    /// part of an overlap; and the slack of all, mm, if the rows contradict each other.
+    double share_ = 1, slack_ = 0;
+    bool beside_ = false;   ///< what carries the tool stands beside its features
+    bool capped_ = false;   ///< the step is shorter than the answer
+    bool blocked_ = false;  ///< an obstacle moves where the tool cannot give way
     bool shadowed_ = false;
 };
 
 OneLoop::OneLoop(Tick& tick, const Pose& device)
-    : tick_(tick), state_(tick.state), settings_(tick.settings), device_(device) {
+    : tick_(tick),
+      state_(tick.state),
+      settings_(tick.settings),
+      device_(device),
+      friction_(tick),
+      exact_(friction_.any() || findSolver(settings_.solver)->exact) {
     for (int k = 0; k < int(state_.lists.size()); ++k) state_.lists[k]->expect(state_.courses[k]);
+    for (const ContactList* list : state_.lists) (list->ofFeatures() ? ofFeatures_ : ofLeaves_) = true;
+    if (ofLeaves_) longest_ = settings_.trust;
     for (const std::uint64_t id : state_.touching.span()) known_.add(id);
     state_.heldRows.clear();
     state_.lastRows.clear();
-    state_.forces.forget();
     if (!state_.loaded) return;
+    if (ofLeaves_) mostPressed_ = linearizationsOf(settings_, ofFeatures_ ? Geometry::Mesh : Geometry::Spheres);
     // What a tool in contact travels beyond its device bounds how fast the force drops where it slips off. The force is
     // that of the way of C, which must not leap where a device only spins.
     const Vec6 ofDevice = incrementBetween(state_.device, device_);
@@ -169,19 +215,68 @@ Course OneLoop::course(int k, const Vec6& x) const {
 /// The multiple of x that a step may be. Its turn is so small that no point is farther than a quarter of the distance
 /// that is kept from the straight way on which it is swept.
 double OneLoop::allowed(const Vec6& x, double ofTravel) const {
-    return std::min({HUGE_VAL, std::min(longest_, ofTravel * travel_) / state_.lengthOf(x),
-                     ofTravel * shift_ / x.head<3>().norm(),
-                     std::sqrt(settings_.contactDistance / state_.reach) / x.tail<3>().norm()});
+    return std::min(
+        {HUGE_VAL, std::min(longest_, ofTravel * travel_) / state_.lengthOf(x), ofTravel * shift_ / x.head<3>().norm(),
+         ofFeatures_ ? std::sqrt(settings_.contactDistance / state_.reach) / x.tail<3>().norm() : HUGE_VAL});
 }
 
-void OneLoop::collectRows() {
+/// Makes the rows at this pose: of features the known contacts, of leaves all pairs that are near. Returns false if the
+/// lists overflow.
+bool OneLoop::collectRows() {
     const std::uint64_t start = tick_.now();
+    bool complete = true;
+    for (int k = 0; k < int(state_.lists.size()) && complete; ++k) {
+        if (state_.lists[k]->ofFeatures()) continue;
+        const Coverage near{state_.inObstacle(k, state_.graphic), nearLeaves()};
+        state_.noteAsked(near.within);
+        complete = state_.lists[k]->complete(near, settings_.slack);
+    }
+    if (!complete) tick_.record.flags |= kListOverflow;
+    if (complete && !appendRows(true)) appendRows(false);
+    RowSet& joined = state_.crossedRows;
+    joined.clear();
+    for (int i = 0; i < state_.heldRows.size(); ++i)
+        if (state_.rows.find(state_.heldRows.id(i)) < 0)
+            joined.push(state_.heldRows.row(i), state_.heldRows.gap()[i], state_.heldRows.id(i));
+    state_.rows.merge(joined);
+    tick_.addTime(tick_.record.collisionUs, start);
+    return complete;
+}
+
+/// all: of the leaves that are near; else of the nearest of each leaf of the tool, since deep overlaps make these too
+/// many. Returns false if they are.
+bool OneLoop::appendRows(bool all) {
     state_.rows.clear();
     Pairs facing;
-    for (const std::uint64_t id : std::span(known_.ids.data(), std::size_t(known_.count))) {
-        const int k = obstacleOf(id);
+    bool fits = true;
+    int pairs = 0;
+    for (int k = 0; k < int(state_.lists.size()) && fits; ++k) {
         const ContactList& list = *state_.lists[k];
-        if (list.suspended()) continue;
+        const Pose X_OT = state_.inObstacle(k, state_.graphic);
+        if (list.ofFeatures())
+            appendFacing(k, facing);
+        else if (all)
+            fits = list.appendRows(X_OT, state_.R_WO[k], nearLeaves(), state_.rows,
+                                   settings_.adaptiveMargin ? kMostLeafRows : state_.rows.capacity());
+        else
+            pairs += list.appendNearestRows(X_OT, state_.R_WO[k], nearLeaves(), state_.rows);
+    }
+    if (!fits) return false;
+    known_ = facing;
+    pairs_ = all ? state_.rows.size() : pairs;
+    if (!all && !settings_.adaptiveMargin) {
+        tick_.record.flags |= kRowsTruncated;
+        tick_.record.rowsTruncated = std::max(tick_.record.rowsTruncated, pairs - state_.rows.size());
+    }
+    return true;
+}
+
+/// Appends the rows of the known contacts with an obstacle that still face each other.
+void OneLoop::appendFacing(int k, Pairs& facing) {
+    const ContactList& list = *state_.lists[k];
+    if (list.suspended()) return;
+    for (const std::uint64_t id : std::span(known_.ids.data(), std::size_t(known_.count))) {
+        if (obstacleOf(id) != k) continue;
         const ContactList::Stand stand = list.stand(state_.inObstacle(k, state_.graphic), id);
         // Written so that what is not finite fails.
         if (!(stand.height <= kFaces * list.distance() && stand.beside <= kBesideFeatures)) continue;
@@ -191,14 +286,6 @@ void OneLoop::collectRows() {
         row << n, r.cross(n);
         state_.rows.push(row, stand.height - list.distance(), id);
     }
-    known_ = facing;
-    RowSet& joined = state_.crossedRows;
-    joined.clear();
-    for (int i = 0; i < state_.heldRows.size(); ++i)
-        if (!known_.has(state_.heldRows.id(i)))
-            joined.push(state_.heldRows.row(i), state_.heldRows.gap()[i], state_.heldRows.id(i));
-    state_.rows.merge(joined);
-    tick_.addTime(tick_.record.collisionUs, start);
 }
 
 /// The part of the way x that is free, as far as the tick may travel. The turn of a flight is bounded.
@@ -232,15 +319,17 @@ bool OneLoop::fly(const Vec6& wanted) {
     flies_ = part * state_.lengthOf(way) > longest_;
     if (!flies_) return false;
     state_.contacts.clear();
+    state_.forces.clear();
     capped_ = part < 1;
     move(part * way, wanted);
     return true;
 }
 
 OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
-    double part = kFirstPart;
+    double part = ofLeaves_ ? INFINITY : kFirstPart;
     for (int solves = 0;; ++solves) {
         if (!solve(wanted, x)) return Found::Failure;
+        if (friction_.failed()) return Found::Held;
         const double length = state_.lengthOf(x);
         // The other pairs would only hold the tool back.
         if (solves == 0 && state_.rows.size() > 0 && length < (steps_ == 0 ? kRests : kUnmoved) && state_.pushing < 0) {
@@ -263,18 +352,47 @@ OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
             returns_ += goesBack;
             if (goesBack && joinLastRows()) continue;
             if (length < kMayEnd && dropBeside(moved(state_.graphic, x))) continue;
+            // Leaves are round, and a row of theirs is right at one pose only.
+            if (ofLeaves_) takeCarefully(x);
             // Rows turn with the tool, and where they turn more than the springs resist each step overshoots.
             if (goesBack) x = halved(x / 2);
             return Found::Step;
         }
         // No row leads on where the rows contradict each other.
-        if (crossed == Crossed::Known || solves >= kSolvesOfStep) {
-            tick_.record.flags |= kHalved;
-            capped_ = true;
-            x = halved(x);
+        if (crossed == Crossed::Known || solves >= kSolvesOfStep || friction_.isSpent()) {
+            takeCarefully(x);
             return Found::Step;
         }
     }
+}
+
+SolveStatus OneLoop::solveOnRows(const Vec6& wanted, double drag, Vec6& x) {
+    if (state_.rows.size() == 0) {
+        state_.contacts.clear();
+        state_.forces.clear();
+        screened_ = 0;
+        x = tick_.problemOf(wanted, drag).wanted;
+        return SolveStatus::Solved;
+    }
+    if (!friction_.any()) {
+        const Tick::Solved solved = tick_.solve(wanted, longest_, drag);
+        x = solved.x;
+        rendered_ = solved.rendered;
+        screened_ = solved.rows;
+        slack_ = solved.slack;
+        return solved.status;
+    }
+    const ContactForces::Result result = friction_.solve(wanted, drag);
+    x = rendered_ = result.x;
+    screened_ = state_.rows.size();
+    slack_ = result.slack;
+    if (result.status == SolveStatus::Invalid || result.friction != FrictionStatus::Approximate ||
+        result.overlap <= kViolation)
+        return result.status;
+    const SolveResult onto = tick_.project(x);
+    x = onto.x;
+    slack_ = onto.slack;
+    return onto.status;
 }
 
 /// Finds the increment nearest to the device on the rows. If it is longer than a step may be, a drag λ(|δp|² +
@@ -282,30 +400,29 @@ OneLoop::Found OneLoop::findStep(const Vec6& wanted, Vec6& x) {
 /// free space. Returns false if there is none.
 bool OneLoop::solve(const Vec6& wanted, Vec6& x) {
     beside_ = capped_ = false;
-    state_.contacts.clear();
+    share_ = 1;
+    SolveStatus status = SolveStatus::Solved;
     const auto nearest = [&](double drag) {
-        if (state_.rows.size() == 0) {
-            const QpProblem problem = tick_.problemOf(wanted, drag);
-            x = problem.wanted;
-            return true;
-        }
-        Tick::Solved solved = tick_.solve(wanted, longest_, drag);
-        if (solved.status == SolveStatus::Elastic) {
+        status = solveOnRows(wanted, drag, x);
+        // Where leaves overlap, the softened answer leads out.
+        if (status == SolveStatus::Elastic && !(ofLeaves_ && !deepens(std::min(1.0, allowed(x, kAllTravel)) * x))) {
             // With no negative gap the tool can stay where it is, and no answer deepens what is too near.
             tick_.record.flags |= kNotDeeper;
             for (int i = 0; i < state_.rows.size(); ++i) state_.rows.gap()[i] = std::max(0.0, state_.rows.gap()[i]);
-            solved = tick_.solve(wanted, longest_, drag);
+            status = solveOnRows(wanted, drag, x);
+            share_ = 0;
         }
-        x = solved.x;
-        return solved.status != SolveStatus::Invalid;
+        if (status != SolveStatus::Elastic) slack_ = 0;
+        return status != SolveStatus::Invalid;
     };
     if (!nearest(0)) return false;
-    undragged_ = x;
+    if (friction_.failed()) return true;
+    undragged_ = rendered_;
     double share = allowed(x, kOfTravel);
     if (share >= kSlightlyLong) return true;
     capped_ = true;
     // Where the tool may not travel any more, no drag is large enough.
-    const int solves = share * state_.lengthOf(x) < kFelt ? 0 : kSolvesForDrag;
+    const int solves = share * state_.lengthOf(x) < kFelt || status == SolveStatus::Elastic ? 0 : kSolvesForDrag;
     // For a free tool the answer is that of the springs times γ/(γ + λ).
     double drag = 0;
     for (int i = 0; i < solves && !(share >= kSlightlyLong && share <= kSlightlyShort); ++i) {
@@ -315,7 +432,9 @@ bool OneLoop::solve(const Vec6& wanted, Vec6& x) {
         share = allowed(x, kOfTravel);
     }
     drag_ = drag;
-    x *= std::clamp(allowed(x, kAllTravel), 0.0, 1.0);
+    const double part = std::clamp(allowed(x, kAllTravel), 0.0, 1.0);
+    x *= part;
+    share_ *= part;
     return true;
 }
 
@@ -346,9 +465,10 @@ bool OneLoop::completeLists(const Vec6& x) {
     for (int k = 0; k < int(state_.lists.size()); ++k) {
         ContactList& list = *state_.lists[k];
         const double margin = state_.lengthOf(x);
-        Coverage asked{state_.inObstacle(k, state_.graphic), margin + list.distance()};
-        if (k != state_.pushing && list.isComplete(asked)) continue;
-        asked = list.crossing(course(k, x), margin);
+        const Coverage asked = list.crossing(course(k, x), margin);
+        Coverage all{state_.inObstacle(k, state_.graphic), margin + list.distance()};
+        all.within.turn = asked.within.turn;
+        if (k != state_.pushing && list.isComplete(all)) continue;
         state_.noteAsked(asked.within);
         if (!list.complete(asked, settings_.slack)) return false;
     }
@@ -371,37 +491,53 @@ Crossed OneLoop::sweep(const Vec6& x, bool whole) {
     RowSet& crossed = state_.crossedRows;
     crossed.clear();
     Crossed result = completeLists(x) ? Crossed::Nothing : Crossed::Overflow;
-    const Crossing by{x, tick_.stiffness(), 0, 1, whole};
+    const Crossing by{x, tick_.stiffness(), ofLeaves_ ? share_ * slack_ : 0, ofLeaves_ ? share_ : 1, whole};
     for (int k = 0; k < int(state_.lists.size()) && result != Crossed::Overflow; ++k) {
         result = std::max(result, state_.lists[k]->appendCrossed(state_.inObstacle(k, state_.graphic),
                                                                  state_.before(k, state_.graphic), state_.R_WO[k],
                                                                  state_.lengthOf(x), by, state_.rows, crossed));
     }
     if (result == Crossed::Rows) state_.rows.merge(crossed);
-    work_ += kWorkOfSweep;
-    for (const ContactList* list : state_.lists) work_ += list->listed();
+    work_ += kWorkOfSweep + state_.rows.size();
     tick_.record.marginUsed = std::max(tick_.record.marginUsed, state_.lengthOf(x));
     tick_.addTime(tick_.record.collisionUs, start);
     return result;
 }
 
-/// The longest of x, x/2, x/4, ... that brings no pair nearer than half the distance that is kept, nor nearer than it
-/// is.
-Vec6 OneLoop::halved(Vec6 x) {
+/// Whether x brings a pair nearer than half the distance that is kept, and nearer than it is. Notes how deep leaves
+/// are.
+bool OneLoop::deepens(const Vec6& x) {
     const std::uint64_t start = tick_.now();
-    bool deeper = true;
-    for (int i = 0; i < kHalvesOfStep && deeper; ++i, x /= deeper ? 2 : 1) {
-        const Pose after = moved(state_.graphic, x);
-        deeper = !completeLists(x);
-        for (int k = 0; k < int(state_.lists.size()) && !deeper; ++k)
-            deeper = state_.lists[k]
-                         ->remeasure(state_.before(k, state_.graphic), state_.inObstacle(k, after), kOverlapTolerance)
-                         .deeper();
-        work_ += kWorkOfSweep;
+    const Pose after = moved(state_.graphic, x);
+    bool deeper = !completeLists(x);
+    double depth = 0;
+    for (int k = 0; k < int(state_.lists.size()) && !deeper; ++k) {
+        const ContactList::Overlap overlap = state_.lists[k]->remeasure(state_.before(k, state_.graphic),
+                                                                        state_.inObstacle(k, after), kOverlapTolerance);
+        depth = std::max(depth, overlap.depth);
+        deeper = overlap.deeper();
     }
-    blocked_ = deeper && state_.pushing >= 0;
+    tick_.record.penetration = depth;
+    work_ += kWorkOfSweep + state_.rows.size();
     tick_.addTime(tick_.record.collisionUs, start);
+    return deeper;
+}
+
+/// The longest of x, x/2, x/4, ... that deepens nothing.
+Vec6 OneLoop::halved(Vec6 x) {
+    bool deeper = true;
+    for (int i = 0; i < kHalvesOfStep && deeper; ++i, x /= deeper ? 2 : 1) deeper = deepens(x);
+    blocked_ = deeper && state_.pushing >= 0;
     return deeper ? Vec6(Vec6::Zero()) : x;
+}
+
+/// Makes x a step of which it isn't known yet whether it may be made.
+void OneLoop::takeCarefully(Vec6& x) {
+    const Vec6 whole = x;
+    x = halved(x);
+    if (x == whole && ofLeaves_) return;
+    tick_.record.flags |= kHalved;
+    capped_ = true;
 }
 
 /// The row that carries force farthest beside its features with the tool at `at` and was not dropped before; -1: none.
@@ -410,7 +546,7 @@ int OneLoop::rowBeside(const Pose& at) {
     beside_ = false;
     double most = kBesideFeatures;
     int worst = -1;
-    for (const TickState::Impl::Contact& contact : state_.contacts) {
+    for (const TickState::Impl::Contact& contact : carriers()) {
         const int own = obstacleOf(contact.id);
         const ContactList::Stand stand = state_.lists[own]->stand(state_.inObstacle(own, at), contact.id);
         if (stand.beside <= kBesideFeatures) continue;
@@ -444,9 +580,14 @@ bool OneLoop::dropBeside(const Pose& at) {
     return true;
 }
 
+/// An approximate solver does not tell; then they are the rows on which the last step ended.
 void OneLoop::noteCarriers() {
     state_.touching.clear();
-    for (const TickState::Impl::Contact& contact : state_.contacts) state_.touching.push(contact.id);
+    const auto add = [&](std::uint64_t id) {
+        if (state_.lists[obstacleOf(id)]->ofFeatures()) state_.touching.push(id);
+    };
+    for (const TickState::Impl::Contact& contact : carriers()) add(contact.id);
+    for (int i = 0; i < state_.lastRows.size() && !exact_; ++i) add(state_.lastRows.id(i));
 }
 
 void OneLoop::move(const Vec6& x, const Vec6& wanted) {
@@ -459,23 +600,43 @@ void OneLoop::move(const Vec6& x, const Vec6& wanted) {
     for (const std::uint64_t id : state_.touching.span()) known_.add(id);
     last_ = x;
     travel_ -= state_.lengthOf(x);
+    work_ += int(kWorkOfTravel * std::min(state_.lengthOf(x), longest_) * (kWorkOfSweep + state_.rows.size()));
     shift_ -= x.head<3>().norm();
     state_.pushing = -1;
     if (capped_) tick_.record.flags |= kCapped;
     // If nothing holds the tool, it takes exactly the device's pose, so that free flight gives exactly zero force.
     state_.graphic = x == wanted ? device_ : moved(state_.graphic, x);
     ++steps_;
+    pressed_ += state_.lastRows.size() > 0;
+}
+
+/// Once a tick. With friction, the contacts are those of the last solve, which must not be one with a drag.
+void OneLoop::runShadow(const Vec6& wanted) {
+    if (settings_.shadow == kNoSolver || shadowed_ || state_.rows.size() == 0) return;
+    if (!friction_.any()) {
+        tick_.runShadow(tick_.problemOf(wanted), undragged_);
+    } else {
+        const auto contacts = state_.forces.contacts();
+        if (capped_ || contacts.empty()) return;
+        const bool exact = findFrictionSolver(settings_.frictionSolver)->exact;
+        tick_.runFrictionShadow({tick_.stiffness(), wanted, contacts}, undragged_, exact);
+    }
+    shadowed_ = true;
 }
 
 bool OneLoop::run(Wrench& wrench) {
     TickRecord& record = tick_.record;
+    const Pose start = state_.graphic;
     bool arrived = false, stuck = false;
     while (!arrived && !stuck && !isSpent()) {
         if (steps_ >= 2)  // In a tick of many steps the last one predicts the next better than the last tick does.
             for (int k = 0; k < int(state_.lists.size()); ++k) state_.lists[k]->expect(course(k, last_));
         const Vec6 wanted = incrementBetween(state_.graphic, device_);
-        collectRows();
-        if (fly(wanted)) {
+        state_.rows.clear();
+        // The pairs that are near need not be known for a flight.
+        const bool flown = steps_ == 0 && !state_.loaded && fly(wanted);
+        if (!flown && !collectRows()) return false;
+        if (flown || fly(wanted)) {
             arrived = state_.graphic == device_;
             stuck = std::min(travel_, shift_) < kFelt;
             continue;
@@ -483,12 +644,16 @@ bool OneLoop::run(Wrench& wrench) {
         Vec6 x = Vec6::Zero();
         const Found found = findStep(wanted, x);
         if (found == Found::Failure || blocked_) return false;
-        if (state_.rows.size() >= record.rows) record.pairs = record.rows = record.rowsScreened = state_.rows.size();
-        if (settings_.shadow != kNoSolver && state_.rows.size() > 0 && !std::exchange(shadowed_, true))
-            tick_.runShadow(tick_.problemOf(wanted), undragged_);
+        if (state_.rows.size() >= record.rows) {
+            record.pairs = std::max(pairs_, state_.rows.size());
+            record.rows = state_.rows.size();
+            record.rowsScreened = screened_;
+        }
+        if (found == Found::Held) break;
+        runShadow(wanted);
         arrived = found == Found::Arrived;
         if (arrived) {
-            noteCarriers();
+            if (exact_) noteCarriers();
             break;
         }
         move(x, wanted);
@@ -500,27 +665,21 @@ bool OneLoop::run(Wrench& wrench) {
         // The next step could not be longer.
         stuck = length < (beside_ ? kUnmoved : kFelt) || std::min(travel_, shift_) < kFelt;
     }
+    if (friction_.failed() && !friction_.hold(start, wrench)) return false;
     if (!arrived) record.flags |= kUnfinished;
     record.linearisations = steps_;
     record.hover = state_.hoverAt(state_.graphic);
+    if (friction_.any()) friction_.record();
     for (int k = 0; k < int(state_.lists.size()); ++k) {
         const Pose X_OT = state_.inObstacle(k, state_.graphic);
         state_.courses[k] = Course::between(state_.courses[k].X_OT, X_OT, state_.p_TC);
         state_.courses[k].X_OT = X_OT;
     }
-    wrench = tick_.coupling(incrementBetween(device_, state_.graphic));
+    if (!friction_.failed()) wrench = tick_.coupling(incrementBetween(device_, state_.graphic));
     return true;
 }
 
 }  // namespace
-
-bool isForOneLoop(const Tick& tick) {
-    const TickState::Impl& state = tick.state;
-    return tick.settings.loop == Loop::One && findSolver(tick.settings.solver)->exact &&
-           !hasFriction(*state.world, tick.settings) &&
-           std::all_of(state.lists.begin(), state.lists.end(),
-                       [](const ContactList* list) { return list->ofFeatures(); });
-}
 
 bool oneLoopTick(Tick& tick, const Pose& device, Wrench& wrench) { return OneLoop(tick, device).run(wrench); }
 

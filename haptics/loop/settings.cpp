@@ -155,7 +155,7 @@ constexpr Row kRows[] = {
       250, 10000, SettingGroup::Contact, "Tick rate", 250, 10'000},
      &Settings::rate},
     {{"loop", "",
-      "for developers: classic: the loop of default mode; one: its successor between meshes, as far as it goes yet", 0,
+      "for developers: classic: the loop of default mode; one: its successor, for the same contact by fewer rules", 0,
       0},
      &Settings::loop},
     {{"pause", "", "hold the tool with zero force", 0, 0}, &Settings::pause},

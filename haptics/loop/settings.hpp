@@ -22,10 +22,10 @@ enum class Geometry : std::uint8_t {
     Spheres,  ///< the leaves of the sphere trees, as in the paper
 };
 
-/// How default mode finds its steps between meshes.
+/// How default mode finds its steps.
 enum class Loop : std::uint8_t {
     Classic,
-    One,  ///< without friction, and with obstacles that rest; else as Classic
+    One,  ///< for developers: its successor
 };
 
 /// Constant within a tick. A plain struct: it travels by value from the panels to the loop. The table in settings.cpp

@@ -143,8 +143,9 @@ struct TickState::Impl {
 
     /// Notes that the tick asked its lists for these pairs.
     void noteAsked(const Within& within) {
+        if (asked.margin < 0) asked = within;
         asked = {std::max(asked.margin, within.margin), std::max(asked.curve, within.curve),
-                 std::max(asked.most, within.most)};
+                 std::max(asked.most, within.most), std::max(asked.turn, within.turn)};
     }
 
     /// Keeps the contacts that carry load in this result.
@@ -196,9 +197,8 @@ struct Tick {
 /// The modes. Each moves `state.graphic` toward `device` and sets `wrench`. If it returns false, the tool is held and
 /// there is no force.
 bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench);
-/// Default mode between meshes by one loop. Pre: isForOneLoop().
+/// Default mode by one loop, see Settings::loop.
 bool oneLoopTick(Tick& tick, const Pose& device, Wrench& wrench);
-bool isForOneLoop(const Tick& tick);
 bool paperTick(Tick& tick, const Pose& device, Wrench& wrench);
 bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench);
 bool godObjectTick(Tick& tick, const Pose& device, Wrench& wrench);
