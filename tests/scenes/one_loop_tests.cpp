@@ -14,28 +14,31 @@ using namespace touchstone::test;
 
 namespace {
 
-Settings settingsFor(const sandbox::HapticScene& scene, Loop loop) {
-    Settings settings = sandbox::withGeometry(scene.settings, Geometry::Mesh);
+/// mu: of every pair; 0: the materials'.
+Settings settingsFor(const sandbox::HapticScene& scene, Loop loop, double mu = 0, Geometry geometry = Geometry::Mesh) {
+    Settings settings = sandbox::withGeometry(scene.settings, geometry);
     settings.shadow = kNoSolver;
-    settings.friction = false;
+    settings.frictionCoefficient = mu;
     settings.loop = loop;
     return settings;
 }
 
 /// The names of the outcome's limits that a motion does not meet.
-std::vector<std::string> unmet(const sandbox::HapticScene& scene, const std::string& motion, Loop loop) {
+std::vector<std::string> unmet(const sandbox::HapticScene& scene, const std::string& motion, Loop loop,
+                               Geometry geometry) {
     sandbox::HeadlessOptions options;
     options.device = "demo:" + motion;
     options.timing = false;
-    const sandbox::Report report = sandbox::runHeadless(scene, settingsFor(scene, loop), options).report;
+    const sandbox::Report report = sandbox::runHeadless(scene, settingsFor(scene, loop, 0, geometry), options).report;
     std::vector<std::string> names;
     for (const sandbox::OutcomeCheck& check : report.checks)
         if (!check.met) names.push_back(check.name);
     return names;
 }
 
-/// Follows the motions of a scene whose names begin with the prefix, before the judges in every n-th tick.
-void nothingOverlaps(const std::filesystem::path& file, const std::string& prefix, unsigned every) {
+/// Follows the motions of a scene whose names begin with the prefix, before the judges in every n-th tick. Coulomb's
+/// law is checked in every tick.
+void nothingOverlaps(const std::filesystem::path& file, const std::string& prefix, unsigned every, double mu = 0) {
     CAPTURE(file.stem());
     const sandbox::HapticScene scene = openBundled(file);
     REQUIRE(scene.world);
@@ -44,29 +47,31 @@ void nothingOverlaps(const std::filesystem::path& file, const std::string& prefi
     for (const NamedMotion& motion : scene.motions) {
         if (!motion.name.starts_with(prefix)) continue;
         CAPTURE(motion.name);
-        TickDriver driver(std::make_unique<Session>(scene.world, settingsFor(scene, Loop::One),
+        TickDriver driver(std::make_unique<Session>(scene.world, settingsFor(scene, Loop::One, mu),
                                                     std::make_unique<MotionDevice>(motion.motion)));
         const TickState& state = driver.session().state;
-        int overlaps = 0, missed = 0;
+        int overlaps = 0, missed = 0, inexact = 0;
         while (!driver.finished()) {
             const TickRecord record = driver.tick();
+            inexact += !(record.flags & (kFrictionSoft | kFrictionHeld)) && !record.coulomb.isExact();
             if (record.tick % every != 0) continue;
             if (!(record.flags & kOverlapping)) overlaps += judge.overlap(record.X_WT, state.obstacles());
             if (!(record.flags & (kCapped | kUnfinished))) missed += feet.worst(record, state).beyond > 0;
         }
         CHECK(overlaps == 0);
         CHECK(missed == 0);
+        CHECK(inexact == 0);
     }
 }
 
 /// Whether the same limits of the outcome are met with both loops.
-void endsAsBefore(const std::filesystem::path& file, const std::string& prefix) {
-    CAPTURE(file.stem());
-    const sandbox::HapticScene scene = openBundled(file);
+void endsAsBefore(const std::filesystem::path& file, const std::string& prefix, Geometry geometry = Geometry::Mesh) {
+    CAPTURE(file.stem(), int(geometry));
+    const sandbox::HapticScene scene = openBundled(file, geometry == Geometry::Spheres);
     for (const NamedMotion& motion : scene.motions) {
         if (!motion.name.starts_with(prefix)) continue;
         CAPTURE(motion.name);
-        CHECK(unmet(scene, motion.name, Loop::One) == unmet(scene, motion.name, Loop::Classic));
+        CHECK(unmet(scene, motion.name, Loop::One, geometry) == unmet(scene, motion.name, Loop::Classic, geometry));
     }
 }
 
@@ -78,14 +83,20 @@ TEST_CASE("one loop: a shaft, gears and a lock end as with the classic loop, and
         nothingOverlaps(file, "demonstration", 10);
         endsAsBefore(file, "demonstration");
     }
+    endsAsBefore(TOUCHSTONE_BINARY_DIR "/scenes/bunnies.glb", "demonstration", Geometry::Spheres);
 }
 
 TEST_CASE("one loop: nothing overlaps in any bundled motion, and what carries the tool is there", "[scenes][long]") {
     for (const auto& file : sceneFiles()) nothingOverlaps(file, "", 20);
 }
 
+TEST_CASE("one loop: nothing overlaps with friction on every pair, and the forces obey its law", "[scenes][long]") {
+    for (const auto& file : sceneFiles()) nothingOverlaps(file, "", 20, 0.3);
+}
+
 TEST_CASE("one loop: every bundled motion ends as with the classic loop", "[scenes][long]") {
-    for (const auto& file : sceneFiles()) endsAsBefore(file, "");
+    const auto geometry = GENERATE(Geometry::Mesh, Geometry::Spheres);
+    for (const auto& file : sceneFiles()) endsAsBefore(file, "", geometry);
 }
 
 }  // namespace touchstone::one_loop_tests

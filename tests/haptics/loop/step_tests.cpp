@@ -283,7 +283,8 @@ TEST_CASE("step: the adaptive margin changes the number of rows, but no answer w
 
 TEST_CASE("step: results do not depend on the shadow, the timer, the audit or the age of the lists", "[step]") {
     const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
-    CAPTURE(geometryNames()[std::size_t(geometry)]);
+    const Loop loop = GENERATE(Loop::Classic, Loop::One);
+    CAPTURE(geometryNames()[std::size_t(geometry)], int(loop));
     const World world = bodies();
     const auto device = [](int tick) {
         return at(3 * std::sin(0.02 * tick), std::max(28.0, 45 - 0.06 * tick), 0,
@@ -301,7 +302,8 @@ TEST_CASE("step: results do not depend on the shadow, the timer, the audit or th
     };
     static std::uint64_t counter = 0;
     const StageClock clock{[] { return counter += 7; }, 1e-3};
-    const Settings plain = settingsFor(geometry);
+    Settings plain = settingsFor(geometry);
+    plain.loop = loop;
     Settings shadowed = plain, fresh = plain;
     shadowed.shadow = "pqp";
     fresh.slack = 0.0;  // a new list for every linearisation
