@@ -1,5 +1,5 @@
 # cmake -DLIBRARY=FILE -DLD= -DNM= -DOBJCOPY= -DAR= -P seal_library.cmake: makes one object of a static library, whose inline
-# functions and templates are its own. Of a function that several objects define, a linker takes the first: without this a program
+# functions and templates are its own. If several objects define a function, a linker takes the first: without this a program
 # that is compiled without optimization, or for another processor, would give the library its slower copies of Eigen's functions.
 cmake_minimum_required(VERSION 3.25)
 set(whole ${LIBRARY}.o)

@@ -15,7 +15,7 @@ struct Row {
     float offset;   // e or d
     float inverse;  // of the length; 0: the row has no direction. The paper's form does not use it
 };
-// Of each problem the six of b, offset and inverse, one column after the other, so that neighboring threads read
+// Columns of each problem: the six of b, offset and inverse, one column after the other, so that neighboring threads read
 // neighboring numbers.
 layout(std430, binding = 0) readonly buffer Columns { float columns[]; };
 layout(std430, binding = 1) readonly buffer Problems { ivec2 problems[]; };  // first row, limit; last: end of the rows
@@ -157,8 +157,8 @@ void guarded() {
     if (lane == 0) ends[gl_WorkGroupID.x] = End(iterations, ended, pace);
 }
 
-/// Of row i: the sums of the positive and the negative entries of Q, each times y, or times one; and Q_ii.
-/// All threads call it together, with rows beyond the last, too.
+/// For row i: the sums of the positive and the negative entries of Q, each times y, or times one; and Q_ii.
+/// All threads call it together, also with rows beyond the last.
 vec3 products(int i, bool timesY) {
     float b[6];
     for (int k = 0; k < 6; ++k) b[k] = i < size ? entry(i, k) : 0.0;

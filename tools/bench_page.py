@@ -15,7 +15,7 @@ USUAL_TOLERANCE = 0.01  # N, in the paper's form N·mm
 GEOMETRIES = ("spheres", "mesh")
 
 # Between meshes: scene and motion, and the goals of a tick whose lists another thread finds and of one that finds its own:
-# median and p99.9, µs. Of motions with jumps the worst tick counts.
+# median and p99.9, µs. If a motion jumps, its worst tick counts.
 MESH_GOALS = [(("bunnies", "together"), (3, 45), (4, 150)),
               *(((f"spline{suffix}", "demonstration"), (2, 60), (2, 250)) for suffix in ("", "-01", "-002", "-001")),
               (("peg-h7", "demonstration"), (4, 90), (5, 350)),
@@ -266,7 +266,7 @@ def failed():
     bad = [r for r in rows if not r["valid"]]
     if not bad:
         return [f"All {len(rows)} rows of this run are valid."]
-    return [f"Of {len(rows)} rows {len(bad)} failed and have no time:", ""] + [f"- `{r['key']}`: {r['why']}" for r in bad]
+    return [f"{len(bad)} of {len(rows)} rows failed and have no time:", ""] + [f"- `{r['key']}`: {r['why']}" for r in bad]
 
 
 def command(run):

@@ -48,7 +48,7 @@ std::vector<EGLDisplay> screenlessDisplays() {
     return displays;
 }
 
-/// Of the newest version that the driver has, as far as this program uses it: some drivers give no more than is asked.
+/// A context of the newest version that this program uses and the driver has: some drivers give only what is asked.
 EGLContext createContext(EGLDisplay display) {
     // Do not request a surface type: no surface will be created, and some platforms offer none.
     const std::array<EGLint, 5> want{EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, EGL_DONT_CARE, EGL_NONE};

@@ -39,7 +39,7 @@ class SphereCutter {
         caps_.clear();
     }
 
-    /// Removes the part that lies in another leaf. Of two equal leaves only the first has an outside.
+    /// Removes the part that lies in another leaf. If two leaves are equal, only the first has an outside.
     void remove(const Leaf& other, bool comesFirst) {
         const Vec3 off = other.center - leaf_->center;
         const double d = off.norm(), r = leaf_->radius, R = other.radius;

@@ -87,7 +87,7 @@ MeshDefects defectsOf(const RepairedMesh& body);
 ///   them, are left out: the result is that of a mesh without them.
 /// - Two faces back to back cancel and become a sheet. An open shell also becomes a sheet, unless its holes are small
 ///   (caps of at most 1 % of its area): those are closed by guess. Open shells that share edges are tried together,
-///   without the flaps on them. A shell that crosses itself and is inside out in part becomes a sheet, too, since no
+///   without the flaps on them. A shell that crosses itself and is inside out in part also becomes a sheet, since no
 ///   side of that part is known to be the outer one.
 /// Deterministic. Time is near-linear in the number of triangles. Memory is about 250 bytes per triangle, including the
 /// result, and 500 if there is more than one shell. Throws std::invalid_argument with one sentence if no triangle has

@@ -193,7 +193,7 @@ std::vector<char> Shells::openGroups() const {
 }
 
 // A flap is a patch of an open group whose removal makes all of its edges cancel, such as a partition that shares its
-// rim with the walls around it. Of two flaps that share an edge the smaller one is dropped, because a wall is larger
+// rim with the walls around it. If two flaps share an edge, the smaller one is dropped, because a wall is larger
 // than a partition across it. Each dropped flap becomes a separate group. Returns whether any flap was dropped.
 bool Shells::dropFlaps() {
     const std::size_t patches = groupOf_.size();
@@ -496,7 +496,7 @@ void Shells::nest() {
 // Marks the walls that lie inside the union of all shells. Walls that meet at edges of exactly two walls and that no
 // other wall crosses form a piece. The winding number is constant on each side of a piece, so one probe on each side of
 // its largest wall decides for the whole piece. Where a shell crosses itself, a part of it may be inside out: the
-// winding number in front of it is negative, as only cavities that overlap have it, too. Such a shell becomes a sheet,
+// winding number in front of it is negative, as otherwise only where cavities overlap. Such a shell becomes a sheet,
 // and the others have to be marked again: returns false.
 bool Shells::markBuried() {
     if (walls_.empty()) return true;

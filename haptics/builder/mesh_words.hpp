@@ -6,7 +6,7 @@
 
 namespace touchstone {
 
-/// The unit in which a file has its coordinates: places are given in it, too, if it is not mm.
+/// The unit in which a file has its coordinates: places are also given in it if it is not mm.
 struct PlaceUnit {
     const char* name = "mm";
     double mm = 1;

@@ -67,7 +67,7 @@ struct Library {
     bool (*hasActiveWrist)(Id);
     double (*getMaxForce)(Id);   ///< N; negative: no limit
     double (*getMaxTorque)(Id);  ///< N·m
-    // Of DRD; either all or none.
+    // DRD's functions; either all or none.
     int (*robotOpen)(Id);
     int (*robotClose)(Id);
     bool (*robotIsSupported)(Id);

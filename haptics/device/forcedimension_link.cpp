@@ -101,7 +101,7 @@ void ForceDimensionLink::open() {
                .torque = dhd_.hasActiveWrist && dhd_.hasActiveWrist(id_),
                .nominalStiffness = kStiffness,
                .nominalTorsion = kTorsion};
-    // A limit that the user has set in the library holds, too; a negative one means none.
+    // A limit that the user has set in the library also holds; a negative one means none.
     if (const double most = dhd_.getMaxForce ? dhd_.getMaxForce(id_) : -1; most > 0)
         limits_.peakForce = std::min(limits_.peakForce, most);
     if (const double most = dhd_.getMaxTorque ? dhd_.getMaxTorque(id_) : -1; most > 0)
@@ -272,7 +272,7 @@ void ForceDimensionLink::checkStatus(std::uint64_t now) noexcept {
     if (status[dhd::kError]) trip(dhd::kControllerError, false);
     // DRD is asked less often while all is well, as what it does then is not documented.
     const bool initialized = robot_ && ready() && exchanges() % kRobotEvery != 1 ? true : isInitialized(status);
-    // The arm must be engaged again after it was initialized by hand, too.
+    // The arm must also be engaged again after it was initialized by hand.
     if (initialized != ready()) trip(dhd::kUncalibrated, false);
     ready_.store(initialized, std::memory_order_relaxed);
     if (motors_ && !status[dhd::kForce] && now - motorsSince_ > kSettleNs) {

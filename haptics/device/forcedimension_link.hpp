@@ -64,7 +64,7 @@ class ForceDimensionLink final : public ArmLink {
     dhd::Library dhd_{};
     dhd::Id id_ = -1;
     bool open_ = false;
-    bool robot_ = false;  // DRD has the device, too
+    bool robot_ = false;  // DRD also has the device
 
     bool motors_ = false;              // are on; used only by the exchanging thread, like the next one
     std::uint64_t motorsSince_ = 0;    // ns

@@ -10,7 +10,7 @@ namespace {
 constexpr double kLever = 45;   // mm per rad
 constexpr double kMaxTurn = 1;  // rad between neighbors of a simplified path
 
-/// Of a pose from the straight way between two others, mm.
+/// Distance of a pose from the straight way between two others, mm.
 double distanceToWay(const Pose& from, const Pose& to, const Pose& pose) {
     const Vec6 whole = incrementBetween(from, to), part = incrementBetween(from, pose);
     Vec6 scale = Vec6::Ones();

@@ -27,7 +27,7 @@ LabOptions labOptions(const std::string& text);
 /// by reason.
 class LabLink final : public DeviceControl {
   public:
-    static constexpr std::uint64_t kLostNs = 100'000'000;  ///< after which the safety stage faults, too
+    static constexpr std::uint64_t kLostNs = 100'000'000;  ///< after which the safety stage also faults
     static constexpr int kMostPerRead = 64;                ///< datagrams taken in a tick: a flood must not delay it
 
     static std::shared_ptr<LabLink> connect(const std::string& text);

@@ -76,7 +76,7 @@ Quat rotationFromY(const Vec3& to) {
 
 InsertingHand::InsertingHand(const Pose& X_WT_start, const GoalRegion& goal, const InsertingParameters& parameters)
     : parameters_(parameters), goal_(goal), random_(parameters.seed), hand_(parameters.hand, X_WT_start) {
-    // Of the equivalent goals the one that needs the least rotation; the start's own where the rotation does not
+    // Choose the equivalent goal that needs the least rotation, or the start's own where the rotation does not
     // matter.
     const double whole = twistOf(goal.X_WT.q.conjugate() * X_WT_start.q);
     const bool free = goal.fold == 0 || goal.toleranceAngle > 3 || goal.lead != 0;

@@ -52,7 +52,7 @@ struct CacheLineAllocator {
     friend bool operator==(CacheLineAllocator, CacheLineAllocator) { return true; }
 };
 
-/// Of types whose default value has no bit set.
+/// A vector of a type whose default value has no bit set.
 template <class T>
 using AlignedVector = std::vector<T, CacheLineAllocator<T>>;
 

@@ -28,7 +28,7 @@ class Hash {
   private:
     void mix(std::uint64_t word) {
         value_ = (value_ ^ word) * 0x100000001b3u;
-        value_ ^= value_ >> 32;  // so that the high bits of a word affect the low bits, too
+        value_ ^= value_ >> 32;  // so that the high bits of a word also affect the low bits
     }
 
     std::uint64_t value_ = 0xcbf29ce484222325u;

@@ -132,7 +132,7 @@ Vec6 ConeNewton::evaluate(const Vec6& x, Pieces pieces) {
     change_ = 0;
     changed_ = false;
     for (auto& row : derivative_) row = Double8{};
-    // K is q 1 and terms of rank one. Of q 1, the sums of q, q r and q rr' are the derivative.
+    // K is q 1 and terms of rank one. The derivative of q 1 is the sums of q, q r and q rr'.
     double q = 0;
     Vec3 qr = Vec3::Zero();
     Mat3 qrr = Mat3::Zero();

@@ -79,7 +79,7 @@ class ConeNewton final : public FrictionSolver {
     double lever_ = 0;     ///< at which the two springs are equally stiff, mm
     double rounding_ = 0;  ///< N
     int evaluations_ = 0;
-    // Of the last evaluate():
+    // Results of the last evaluate():
     std::array<simd::Double8, 6> derivative_;  ///< of the imbalance by x: its rows
     Vec6 push_;                                ///< -∂imbalance/∂log ρ, if rounded
     double change_ = 0;                        ///< greatest |f - f⁰|, N

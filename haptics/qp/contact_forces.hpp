@@ -54,7 +54,7 @@ class ContactForces {
     /// crossed rows to add. `exact`: whether `solver` is.
     Result solve(const QpProblem& problem, const SolverSettings& settings, const RowContacts& rows,
                  Solver& frictionless, FrictionSolver& solver, bool exact) noexcept;
-    /// Of the last solve(), with the forces that it started from.
+    /// Contacts of the last solve(), with the forces that it started from.
     std::span<const FrictionContact> contacts() const noexcept { return contacts_; }
     /// Contacts with force in the last solve(), or else in the last tick.
     std::span<const Contact> loaded() const noexcept { return last_; }

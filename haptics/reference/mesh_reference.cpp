@@ -224,8 +224,8 @@ double NearPairs::measure(int index, const Pose& q, std::vector<Contact>* found)
             measurePair(onTool, {Feature::Kind::Edge, e}, onOther, {Feature::Kind::Edge, d});
             continue;
         }
-        // Where the edges of a chain rise on both sides of a vertex, a crossing edge rests on two of them; this is a
-        // valley, too.
+        // Where the edges of a chain rise on both sides of a vertex, a crossing edge rests on two of them; this is also
+        // a valley.
         const double distance = (onTool - onOther).norm();
         if (!found || std::max({beyondTool, beyondOther, distance}) > zone || distance == 0) continue;
         const Vec3 normal = (onTool - onOther) / distance;

@@ -97,7 +97,7 @@ inline MotionCase readCase(const std::filesystem::path& file) {
     return all;
 }
 
-/// Of what the ticks read from the parts: the features of their meshes and the leaves of their trees.
+/// Hash of what the ticks read from the parts: the features of their meshes and the leaves of their trees.
 inline std::uint64_t worldHash(const World& world) {
     Hash hash;
     const auto add = [&](const Part& part) {

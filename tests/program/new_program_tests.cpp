@@ -250,7 +250,7 @@ TEST_CASE("new: what is closed or open is named with its place in the file, and 
             CHECK(named(zUp ? "1 hole (4 open edges), 14.1 mm across at (10.0, 5.0, 4.0) mm"
                             : "1 hole (4 open edges), 14.1 mm across at (10.0, 4.0, 5.0) mm"));
         if (ofPlate == 1) CHECK(named(zUp ? "at (25.0, 5.0, -1.0) mm" : "at (25.0, -1.0, 5.0) mm"));
-        if (ofTool == 1) {  // in the unit of the file, too, and where the part is in its file, not where it was put
+        if (ofTool == 1) {  // also in the unit of the file, and where the part is in its file, not where it was put
             const Answer inches = touchstone(
                 "new --tool tool.obj --obstacle plate.obj --unit in --tool-pose 0,0,5,0,0,90 --goal 1 --leaves 64 -o "
                 "b.glb" +

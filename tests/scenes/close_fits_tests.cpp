@@ -114,7 +114,7 @@ TEST_CASE("close fits: the torque of a nut ripples as much as that of the refere
     const sandbox::HapticScene scene = nutScene(segments, nutSegments);
     const std::vector<Turned> part = between(nutTicks(scene, "hard-17-reverse"), 6, 9.5, true);
     REQUIRE(part.size() > 400);
-    // Of energy alone the torque is that of the force along the pitch.
+    // By energy alone, the torque is that of the force along the pitch.
     const auto beyond = [](double torque, double force) { return torque + force * 2 / (2 * kPi); };
     const auto rms = [](const std::vector<double>& of) {
         return std::sqrt(std::inner_product(of.begin(), of.end(), of.begin(), 0.0) / double(of.size()));

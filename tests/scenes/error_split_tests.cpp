@@ -35,7 +35,7 @@ std::pair<TickRecord, TickRecord> slideTo(const sandbox::HapticScene& scene, con
     return {ticks[ticks.size() - 2], ticks.back()};
 }
 
-/// Of every 13th tick in contact: the errors of all, N, and of those that arrived, N and mN·m. The travel budget lets
+/// Errors at every 13th tick in contact: of all, N, and of those that arrived, N and mN·m. The travel budget lets
 /// the others lag behind on purpose.
 struct Errors {
     std::vector<double> all, forces, torques;

@@ -193,7 +193,7 @@ namespace {
 /// The flanks overlap from the nut's crests, at this radius, to the bolt's.
 double innerFlank(const app::ThreadFit& fit) { return fit.minorDiameter() / 2 + fit.clearance; }
 double leadAngle(const app::ThreadFit& fit, double radius) { return std::atan(fit.pitch / (2 * kPi * radius)); }
-/// Of the half angle of the flanks across the thread; along the axis it is 30 degrees.
+/// Cosine of the half angle of the flanks across the thread; along the axis it is 30 degrees.
 double flankCosine(const app::ThreadFit& fit, double radius) {
     return std::cos(std::atan(std::tan(kPi / 6) * std::cos(leadAngle(fit, radius))));
 }

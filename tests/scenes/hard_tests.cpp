@@ -1,6 +1,6 @@
 // The hard cases: motions of the scenes that break a naive tick, in default mode with the exact solver, each compared
 // with its limits. The scenes contain the limits (tools/parts/hard_cases.cpp, with their sources), and `touchstone run`
-// checks them, too.
+// also checks them.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

@@ -177,7 +177,7 @@ TEST_CASE("trials: with friction, hands assemble nearly as often as without", "[
     const HapticScene scene = open("spline");
     const std::vector<ordered_json> rows = run(scene, study("spline", 48, 30, 0.5));
     for (const ordered_json& row : rows) CHECK(row.at("friction_coefficient") == 0.5);
-    // Of 192 hands 179 to 184 did with one rounding or another, so that of 48 one in a hundred times fewer than 42 do.
+    // 179 to 184 of 192 hands did with one rounding or another, so that one in a hundred times fewer than 42 of 48 do.
     CHECK(std::count_if(rows.begin(), rows.end(), [](const auto& row) { return row.at("outcome") == "seated"; }) >= 42);
 }
 

@@ -68,7 +68,7 @@ std::size_t endOfScene(const std::vector<BenchCase>& cases, std::size_t first) {
     return end;
 }
 
-/// Returns kOk even if rows failed: failures are results, too.
+/// Returns kOk even if rows failed: failures are also results.
 int bench(const BenchCommand& command) {
     const Shard shard = shardOf(command.shard);
     const BenchPlan all = planBench(command), plan = all.shard(shard.k, shard.n);

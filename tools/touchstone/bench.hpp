@@ -21,7 +21,7 @@ struct BenchCommand {
     std::vector<std::string> scenes;  ///< empty: those of the suite
     std::string suite = "sweep", shard;
     std::filesystem::path out;
-    bool quick = false, gpu = false;  ///< gpu: with the solvers on other devices than the processor, too
+    bool quick = false, gpu = false;  ///< gpu: also with solvers on other devices than the processor
 };
 
 /// One motion of a scene with one choice of settings.
@@ -77,7 +77,7 @@ std::vector<QpCost> measureQp(int rows, bool quick, bool gpu);
 /// The rows of solverTable() that a sweep measures. Throws std::runtime_error with one sentence if this machine cannot
 /// use one of them.
 std::vector<const SolverInfo*> benchSolvers(bool gpu);
-inline constexpr const char* kGpuHelp = "measure the solver pqp-gpu, too";
+inline constexpr const char* kGpuHelp = "also measure the solver pqp-gpu";
 
 /// A page of HTML with the figures of the folder, which needs no other file.
 std::string benchPage(const nlohmann::ordered_json& results, const std::vector<Figure>& figures,

@@ -202,7 +202,7 @@ std::vector<QpCost> measureFriction(const PadMotion& motion, bool quick) {
                     {"friction", info != nullptr},
                     {"solver", info ? info->name : kExactSolver},
                     {"ticks", pad.ticks.size()}};
-        cost.update(run.judge());  // which warms the caches, too
+        cost.update(run.judge());  // which also warms the caches
         std::vector<double> clock = timeConstant(1000, 0), medians, tails, constants, shortest;
         const double reading = *percentile(clock, 50);
         for (int pass = 0; pass < (quick ? 1 : 3); ++pass) {

@@ -273,7 +273,7 @@ class Experiment {
         ComparedMotion wanted{scene_};
         wanted.device = std::string("demo:") + motion;
         wanted.set = set;
-        wanted.set.emplace_back("geometry=spheres");  // the published system, in default mode, too
+        wanted.set.emplace_back("geometry=spheres");  // the published system, also in default mode
         wanted.seconds = seconds();
         Runs runs = compareMotion(wanted, cases, command_.quick ? 1 : 5);
         writeComparison(runs, command_.out, name + "-");

@@ -79,7 +79,7 @@ class InverseLink final : public ArmLink, public WebSocketListener {
     Phase phase_ = Phase::Connecting;
     std::string problem_, note_;  // why opening failed; the newest event
 
-    // Of the thread, or of open() before it starts.
+    // Used by the thread, or by open() before it starts.
     InverseInventory inventory_;
     ForceMessage force_;
     InverseState state_;

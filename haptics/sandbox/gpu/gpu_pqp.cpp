@@ -27,7 +27,7 @@ constexpr std::size_t kGroups = 65'535;  // that every driver takes in one dispa
 constexpr int kPasses = 60'000;
 constexpr int kThreads = 256, kReductions = 128;  // of the shader; reductions: passes of the loops that add up lanes
 
-// Of each problem, as in the shader: b (six), offset and inverse, one column after the other.
+// Columns of each problem, as in the shader: b (six), offset and inverse, one column after the other.
 constexpr std::size_t kColumns = 8;
 constexpr std::size_t kGrain = 20'000;  // rows that are worth a thread on the way to the card or back
 /// As the shader's structs.

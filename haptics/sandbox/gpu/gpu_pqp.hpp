@@ -42,7 +42,7 @@ class GpuPqp {
     /// is answered Invalid. settings.workLimit bounds the iterations as on the CPU. Throws std::runtime_error with one
     /// sentence if the context is lost or the card has not enough memory.
     std::span<const SolveResult> solve(std::span<const QpProblem> problems, const SolverSettings& settings);
-    /// Of the last solve().
+    /// Times of the last solve().
     const GpuTimes& times() const;
 
   private:

@@ -125,7 +125,7 @@ class Card {
     std::latch started_{1};
     std::atomic<State> state_ = State::Free;
     std::atomic<bool> lost_ = false;
-    // Of who has taken the card; from Asked on of its thread, until Answered.
+    // Owned by whoever has taken the card; from Asked on by its thread, until Answered.
     RowSet rows_{GpuPqp::kMaxRows};
     QpProblem asked_;
     SolverSettings settings_;

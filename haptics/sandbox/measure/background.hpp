@@ -49,7 +49,7 @@ class Background {
     }
     bool running() const { return job_ != nullptr; }
     double progress() const { return job_ ? job_->progress.load() : 0; }
-    /// Of the last measurement that was completed; null before the first.
+    /// Result of the last completed measurement; null before the first.
     const Result* result() const { return result_ ? &*result_ : nullptr; }
     /// One sentence: why the last measurement has no result; empty if it has one.
     const std::string& refusal() const { return refusal_; }

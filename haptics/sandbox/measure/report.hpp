@@ -33,7 +33,7 @@ struct Report {
     KktResiduals kkt;
     std::uint64_t infeasible = 0;   ///< ticks
     std::uint64_t byProcessor = 0;  ///< ticks with kByProcessor
-    /// Of ticks with friction; all 0 without.
+    /// Counts over ticks with friction; all 0 without.
     struct FrictionReport {
         std::uint64_t sticking = 0, sliding = 0;  ///< ticks in which a contact stuck, slid
         std::uint64_t soft = 0, held = 0;         ///< ticks with kFrictionSoft, kFrictionHeld

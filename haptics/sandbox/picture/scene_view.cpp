@@ -179,7 +179,7 @@ engine::OrbitCamera SceneView::look(const Pose* X_WT, float aspect) const {
         const auto [toolLow, toolHigh] = boxOf(tool);
         const auto [restLow, restHigh] = boxOf(rest);
         const glm::vec3 across = toolLow + toolHigh - restLow - restHigh;
-        // Look across the line between the two, unless one is above the other. Of the two sides, choose the one nearer
+        // Look across the line between the two, unless one is above the other. Choose the side nearer
         // to the front.
         if (glm::length(glm::vec2(across.x, across.z)) > 0.3f * std::abs(across.y)) {
             const float side = std::atan2(-across.z, across.x);

@@ -26,7 +26,7 @@ class Recording {
     std::uint64_t rows() const { return ticks_.rows(); }
     /// Obstacle poses at the newest `start`; empty: as in the scene.
     const std::vector<Pose>& obstacles() const { return X_WO_; }
-    /// Of the newest tick; before next() was called, of the first one.
+    /// Scene of the newest tick; before next() was called, of the first one.
     const RecordedScene& scene() const { return scene_; }
     const std::string& device() const { return device_; }
     const Settings& settings() const { return settings_; }

@@ -28,9 +28,9 @@ struct SceneRoles {
 
 /// Gives every marked node its Role (and BodyMarking, ColliderGeometry) and replaces those of an earlier call.
 /// KHR_physics_rigid_bodies has priority: `motion` makes a node the tool, `collider` an obstacle if neither the node
-/// nor an ancestor has a motion, `trigger` a goal. For other nodes `extras.touchstone.role` decides. Of several tools
-/// the first in file order counts. Throws engine::SceneError naming file, node and field if a value has the wrong type
-/// or range.
+/// nor an ancestor has a motion, `trigger` a goal. For other nodes `extras.touchstone.role` decides. The first of
+/// several tools in file order counts. Throws engine::SceneError naming file, node and field if a value has the wrong
+/// type or range.
 SceneRoles assignRoles(engine::Scene& scene);
 
 /// Default settings, for spheres those of the scene's clearance, changed by the tool's stiffness and torsion and by the

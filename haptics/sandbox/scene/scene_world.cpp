@@ -172,7 +172,7 @@ class PartMaker {
     std::map<std::uint64_t, std::shared_ptr<const SphereTree>> trees_;
 };
 
-/// Of a body of the world.
+/// Label of a body of the world.
 std::string labelOf(const HapticScene& scene, std::size_t body) {
     return engine::escaped(nodeLabel(scene.scene, body == 0 ? scene.roles.tool : scene.roles.obstacles[body - 1]));
 }

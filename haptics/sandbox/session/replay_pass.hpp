@@ -35,7 +35,7 @@ class ReplayPass {
     const RecordedTick& tick() const { return replayed_; }
     /// The newest tick as the recording has it.
     const RecordedTick& recorded() const { return recorded_; }
-    /// Of the newest tick; before next() was called, of the first one.
+    /// World of the newest tick; before next() was called, of the first one.
     const std::shared_ptr<const World>& world() const { return world_; }
     /// As it was recorded, but for the file: where it is now.
     const RecordedScene& scene() const { return scene_; }

@@ -189,7 +189,7 @@ TEST_CASE("foreign glTF: objects that the scene does not use may be broken", "[g
                 CHECK(scene.warnings.size() == (harmless.warning.empty() ? 0 : 1));
                 CHECK(all.starts_with(harmless.warning));
             }
-            // The scene can be marked, too.
+            // The scene can also be marked.
             updateGltf(folder / "draft.glb", folder / "marked.glb", {{{1, {{"k", 1}}}}, {}, {}, {}, {}});
             CHECK(cornersOf(readGltf(folder / "marked.glb")) == cornersOf(plain));
         }

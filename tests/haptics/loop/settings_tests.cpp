@@ -126,7 +126,7 @@ TEST_CASE("settings: every row has a help sentence and a unique key", "[loop]") 
     }
 }
 
-TEST_CASE("settings: values set directly in the struct are checked, too", "[loop]") {
+TEST_CASE("settings: values set directly in the struct are also checked", "[loop]") {
     Settings settings;
     settings.trust = 0.6;
     CHECK(checkSettings(settings) ==

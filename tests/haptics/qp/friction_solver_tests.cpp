@@ -249,7 +249,7 @@ TEST_CASE("every friction solver: without friction the answer is that of the exa
                 continue;
             }
             REQUIRE(result.status == (info.exact ? FrictionStatus::Exact : FrictionStatus::Approximate));
-            // Of contacts that share a load, a solver that sweeps may end at its cap.
+            // A solver that sweeps may end at its cap where contacts share a load.
             if (info.law.sweeps > 0 && result.iterations == info.law.sweeps) {
                 ++capped;
                 continue;

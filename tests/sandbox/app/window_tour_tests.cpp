@@ -67,7 +67,7 @@ class Tour : public User {
     std::filesystem::path pictures_;
 };
 
-/// Text is cut off first where there is the least room; pictures show a large window, too.
+/// Text is cut off first where there is the least room; pictures also show a large window.
 glm::ivec2 anySize() {
     const int sizes = std::getenv("TOUCHSTONE_WINDOW_PICTURES") ? 2 : 1;
     return GENERATE_COPY(range(0, sizes)) ? glm::ivec2(1920, 1080) : glm::ivec2(1280, 800);

@@ -901,7 +901,7 @@ TEST_CASE("panels: the device page shows state and errors, and requests what was
     CHECK(bench.items.count("device trouble") == 1);
     CHECK(bench.items.count("reconnect") == 0);
 
-    // The status bar shows it, too, with forces as the hand feels them.
+    // The status bar also shows it, with forces as the hand feels them.
     LoopSnapshot snapshot;
     snapshot.record.wrench_o.force = {10, 0, 0};
     facts.limits.peakForce = 10;

@@ -131,7 +131,7 @@ TEST_CASE("motion recorder: another device that takes over elsewhere is joined, 
     recorder.add(other);
     CHECK(recorder.duration() == Approx(before + 1 / MotionRecorder::kJoinMmPerMs + 1));
     for (const MotionKey& key : recorder.keys()) CHECK(key.X_WT.isValid());
-    // A turn in place takes time, too.
+    // A turn in place also takes time.
     other.session = 2;
     other.record.X_WT_device = at(11, 0.3);
     const double next = recorder.duration();

@@ -74,7 +74,7 @@ TEST_CASE("friction: of two rules the one of higher precedence combines the coef
         FrictionCombine a, b;
         double atRest;
     };
-    // Of 0.2 and 0.8.
+    // The coefficients are 0.2 and 0.8.
     for (const Case& c : {Case{Average, Average, 0.5}, Case{Average, Minimum, 0.5}, Case{Average, Maximum, 0.5},
                           Case{Average, Multiply, 0.5}, Case{Minimum, Minimum, 0.2}, Case{Minimum, Maximum, 0.2},
                           Case{Minimum, Multiply, 0.2}, Case{Maximum, Maximum, 0.8}, Case{Maximum, Multiply, 0.8},

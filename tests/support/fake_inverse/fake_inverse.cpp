@@ -45,7 +45,7 @@ struct FakeInverse::Service {
     using Clock = std::chrono::steady_clock;
     Clock::time_point moved = Clock::now(), commanded{};
 
-    // Of the thread.
+    // Used by the thread alone.
     std::map<lws*, std::deque<std::string>> simulations, listeners;
     std::map<lws*, std::string> received;
     std::map<lws*, std::size_t> sent;

@@ -29,9 +29,9 @@ Pose poseAt(const double* seven);
 void writePose(const Pose& pose, double* seven);
 void writeWrench(const Wrench& wrench, double* six);
 
-/// Of shape (7,), valid and with a unit quaternion, or throws std::invalid_argument.
+/// Takes shape (7,), valid and with a unit quaternion, or throws std::invalid_argument.
 Pose toPose(const Numbers& array, const std::string& name);
-/// Of shape (n, 7), unchecked as the tick takes them.
+/// Takes shape (n, 7), unchecked as the tick takes them.
 std::vector<Pose> toPoses(const Numbers& array, const std::string& name, py::ssize_t count = -1);
 Vec6 toVec6(const Numbers& array, const std::string& name);
 

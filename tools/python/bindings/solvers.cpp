@@ -153,7 +153,7 @@ solve_friction(): exact; regularized: contacts give way a little; approximate: a
 residuals say how near; none: no answer, all forces are 0.)")
         .def_readonly("iterations", &Answer::iterations)
         .def_readonly("x", &Answer::x, "The increment (6,), mm and rad.")
-        .def_readonly("forces", &Answer::forces, "Of each row (m,), or with friction of each contact (m, 3), N.")
+        .def_readonly("forces", &Answer::forces, "Force of each row (m,), or with friction of each contact (m, 3), N.")
         .def_readonly("residuals", &Answer::residuals,
                       "How far the answer is from the conditions of an optimum, or from Coulomb's law.");
     module.def(

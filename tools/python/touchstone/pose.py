@@ -14,7 +14,7 @@ IDENTITY: Array = np.array([0.0, 0, 0, 1, 0, 0, 0])
 
 
 def _product(a: Array, b: Array) -> Array:
-    """Of quaternions qw, qx, qy, qz."""
+    """Product of quaternions qw, qx, qy, qz."""
     w = a[..., :1] * b[..., :1] - np.sum(a[..., 1:] * b[..., 1:], axis=-1, keepdims=True)
     v = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + np.cross(a[..., 1:], b[..., 1:])
     return np.concatenate([w, v], axis=-1)
