@@ -6,7 +6,10 @@ import numpy as np
 folder, fields_file, csv = sys.argv[1:]
 ticks = np.load(folder + "/ticks.npy")
 stored, derived = (table.splitlines()[2:] for table in open(fields_file, encoding="utf-8").read().split("\n\n"))
-schema = [[cell.strip(" `") for cell in line.split("|")[1:3]] for line in stored]
+schema = []   # a row names one column or the components of a vector
+for line in stored:
+    names, kind = line.split("|")[1:3]
+    schema += [[name.strip(" `"), kind.strip()] for name in names.split(",")]
 derived_names = {line.split("`")[1] for line in derived}
 assert ticks.shape == (2401,), ticks.shape
 assert [[name, ticks.dtype[name].str[1:]] for name in ticks.dtype.names] == schema, ticks.dtype

@@ -144,7 +144,7 @@ constexpr TickField kFields[] = {
     {"shadow_us", [](T t) -> R { return &t.record.shadowUs; }, false, "CPU time of the shadow solver"},
     {"total_us", [](T t) -> R { return &t.record.totalUs; }, false, "CPU time of the tick, shadow solver included"},
     {"helper_us", [](T t) -> R { return &t.record.helperUs; }, false,
-     "CPU time of the helper thread that prepares neighbor lists"},
+     "CPU time of the list worker, the thread that finds near pairs ahead"},
     {"period_us", [](T t) -> R { return &t.record.periodUs; }, false,
      "wall time since the previous tick began; 0 where no clock paces"},
     {"overruns", [](T t) -> R { return &t.record.overruns; }, false, "late ticks before this one"},
@@ -262,8 +262,15 @@ void appendField(std::string& line, const TickField& field, const RecordedTick& 
 
 std::string fieldsAsMarkdown() {
     std::string text = "| field | type | meaning |\n|---|---|---|\n";
-    for (const TickField& field : kFields)
-        text += "| `" + std::string(field.name) + "` | " + (field.type() + 1) + " | " + field.help + " |\n";
+    for (std::size_t i = 0; i < std::size(kFields);) {
+        // Components of a vector or pose share a row.
+        const TickField& first = kFields[i];
+        text += "| `" + std::string(first.name) + "`";
+        while (++i < std::size(kFields) && std::string_view(kFields[i].help) == first.help &&
+               std::string_view(kFields[i].type()) == first.type())
+            text += ", `" + std::string(kFields[i].name) + "`";
+        text += std::string(" | ") + (first.type() + 1) + " | " + first.help + " |\n";
+    }
     text += "\n| derived field | meaning |\n|---|---|\n";
     for (const DerivedField& field : kDerived) text += "| `" + std::string(field.name) + "` | " + field.help + " |\n";
     return text;
