@@ -283,7 +283,7 @@ TEST_CASE("referee: a recording of the user goes through every geometry, mode an
     CHECK(touchstone("referee --friction 1" + out).code == 2);
 }
 
-TEST_CASE("referee: systems are judged on one motion, and the page has them all", "[program][gl]") {
+TEST_CASE("referee: systems are judged on one motion, and the page has each but its other solvers", "[program][gl]") {
     const Program touchstone;
     const Answer answer =
         touchstone("referee --motions plate-10,wedge-friction --seconds 0.1 --limit 2 --rates 250,1000,5000 --out " +
@@ -298,15 +298,17 @@ TEST_CASE("referee: systems are judged on one motion, and the page has them all"
     for (const auto& row : table) {
         INFO(row.at("motion") << ", " << row.at("system"));
         systems.insert(row.at("system"));
-        CHECK_THAT(page, Catch::Matchers::Contains("| " + row.at("system") + " |"));
+        // The page leaves out other solvers of the same system.
+        const bool shown = page.find("| " + row.at("system") + " |") != std::string::npos;
+        CHECK(shown == (row.at("system").find(" with ") == std::string::npos));
         if (!row.at("note").empty()) continue;
         CHECK(row.at("ticks") == ticks.emplace(row.at("motion"), row.at("ticks")).first->second);
-        for (const char* column : {"intersecting_percent", "depth_mm", "tunnelled", "force_error_p50_N", "rest_noise_N",
+        for (const char* column : {"intersecting_percent", "depth_mm", "tunneled", "force_error_p50_N", "rest_noise_N",
                                    "energy_created_mJ", "tick_p50_us", "tick_p999_us", "prepare_ms"})
             CHECK_FALSE(row.at(column).empty());
         if (row.at("system") == "Touchstone meshes") {
             CHECK(row.at("intersecting_percent") == "0.0");
-            CHECK(row.at("tunnelled") == "false");
+            CHECK(row.at("tunneled") == "false");
         }
         // A tool that falls through the plate is off by far more.
         const bool engine = row.at("system").find("Touchstone") == std::string::npos;

@@ -87,7 +87,7 @@ constexpr int kRest = 300;        // ticks for which the device rests at the end
 constexpr int kFiner = 8;         // ticks of the reference in one of the others
 constexpr double kMass = 50;      // g of the tool in engines
 constexpr double kMargin = 0.04;  // mm, Bullet's own; less in a close fit
-constexpr int kDepths = 3;        // of so many ticks one has its depth measured
+constexpr int kDepths = 3;        // the depth is measured in one of this many ticks
 
 /// What the hand would feel, as Touchstone defines it: springs between the device and the tool, at C.
 Wrench springs(const Pose& X_WC, const Pose& device, const Settings& settings) {
@@ -298,7 +298,7 @@ class Course {
         line["depth_mm"] = ticks ? ordered_json(depth) : nullptr;
         const auto& goal = scene.roles.goal;
         line["seated"] = goal && whole ? ordered_json(goal->contains(run.ticks.back().X_WT)) : nullptr;
-        line["tunnelled"] = whole ? ordered_json(tunnelled(run, reference)) : nullptr;
+        line["tunneled"] = whole ? ordered_json(tunneled(run, reference)) : nullptr;
         const auto share = [](std::vector<double>& values, double percent) {
             const auto found = percentile(values, percent);
             return found ? ordered_json(*found) : ordered_json();
@@ -352,7 +352,7 @@ class Course {
         return mesh;
     }
     /// At the end, the way from where the reference holds C to where the system has it crosses an obstacle.
-    bool tunnelled(const JudgedRun& run, const JudgedRun& reference) const {
+    bool tunneled(const JudgedRun& run, const JudgedRun& reference) const {
         const Vec3 from = reference.ticks.back().X_WT * world().p_TC(), to = run.ticks.back().X_WT * world().p_TC();
         for (const Obstacle& obstacle : world().obstacles) {
             const Pose X_OW = obstacle.X_WO.inverse();
@@ -453,10 +453,10 @@ int referee(const RefereeCommand& command) {
             rows.push_back(course.row(run, reference));
             const ordered_json& row = rows.back();
             std::printf(
-                "  %-44s intersects %6s %%, %8s mm; seated %-3s tunnelled %-3s force error %8s / %8s N, rest %8s N, "
+                "  %-44s intersects %6s %%, %8s mm; seated %-3s tunneled %-3s force error %8s / %8s N, rest %8s N, "
                 "%8s mJ; %8s / %8s µs  %s\n",
                 run.system.c_str(), tableCell(row["intersecting_percent"]).c_str(), tableCell(row["depth_mm"]).c_str(),
-                tableCell(row["seated"]).c_str(), tableCell(row["tunnelled"]).c_str(),
+                tableCell(row["seated"]).c_str(), tableCell(row["tunneled"]).c_str(),
                 tableCell(row["force_error_p50_N"]).c_str(), tableCell(row["force_error_p99_N"]).c_str(),
                 tableCell(row["rest_noise_N"]).c_str(), tableCell(row["energy_created_mJ"]).c_str(),
                 tableCell(row["tick_p50_us"]).c_str(), tableCell(row["tick_p999_us"]).c_str(), run.note.c_str());

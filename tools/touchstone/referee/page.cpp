@@ -23,7 +23,7 @@ constexpr std::array<std::pair<const char*, const char*>, 12> kColumns{
      {"intersecting_percent", "ticks that intersect, %"},
      {"depth_mm", "depth, mm"},
      {"seated", "seated"},
-     {"tunnelled", "tunnelled"},
+     {"tunneled", "tunneled"},
      {"force_error_p50_N", "force error p50, N"},
      {"force_error_p99_N", "p99, N"},
      {"rest_noise_N", "noise at rest, N"},
@@ -55,20 +55,22 @@ std::string winsOfEngines(const std::vector<ordered_json>& rows, const std::vect
     return text + (all > 0 ? ")" : "") + ".\n";
 }
 
+/// Whether a system is another solver of one that the page shows.
+bool isVariant(const std::string& system) { return system.find(" with ") != std::string::npos; }
+
 std::string passivitySection(const std::vector<ordered_json>& rows) {
     std::string text =
         "\n## Stiffness against rate\n\n"
         "A simulated hand (0.1 kg, 0.5 N/mm, 14 N·s/m) presses the ball of the scene plate 4 mm into the plate and "
-        "rests. "
-        "*Passive*: with no greater stiffness of the coupling does the hand ever get back more energy than it gave, "
-        "and "
-        "it comes to rest. *At rest*: up to here it does not vibrate at the end; beside it 2 b / T with the hand's "
-        "damping "
-        "(Colgate and Schenkel 1997), and 100 N/mm is the most that was tried. The hand moves continuously, the force "
-        "holds from tick to tick; the device has no damping of its own, no resolution and no noise, and the safety "
-        "stage "
-        "has no part in it. Choi and Tan (2004) measured on a device where people began to perceive instability: 0.325 "
-        "N/mm at 250 Hz to 0.904 N/mm at 40 kHz. Theirs stands beside ours, not against it.\n\n"
+        "rests. It moves continuously, and the force holds from tick to tick. The device has no damping, resolution "
+        "or noise, and the safety stage takes no part.\n\n"
+        "- *Passive up to*: with this stiffness of the coupling or less, the hand never gets back more energy than it "
+        "gave, and it comes to rest.\n"
+        "- *At rest up to*: it does not vibrate at the end; 100 N/mm is the most that was tried. Beside it stands 2 b "
+        "/ T "
+        "with the hand's damping b (Colgate and Schenkel 1997).\n\n"
+        "Choi and Tan (2004) measured on a device where people began to perceive instability: 0.325 N/mm at 250 Hz to "
+        "0.904 N/mm at 40 kHz. A device differs from this simulation, so the figures cannot be compared directly.\n\n"
         "| rate, Hz | passive up to, N/mm | at rest up to, N/mm | 2 b / T, N/mm |\n|---|---|---|---|\n";
     for (const ordered_json& row : rows)
         text += "| " + std::to_string(row["rate_Hz"].get<int>()) + " | " + tableCell(row["passive_N_per_mm"]) + " | " +
@@ -103,18 +105,26 @@ void writeRefereePage(const RefereePage& of) {
         "Written by `touchstone referee " + of.arguments + " --out " + folder.generic_string() + "`; [referee.csv](" +
         folder.filename().string() +
         "/referee.csv) has all figures.\n\n"
-        "The tool of an engine is a body of 50 g that a spring and a damper pull to the device: the scene's stiffness "
-        "and torsion, critical damping, and an inertia with which turning is as fast as moving. One tick is 1 ms, in "
-        "one step or in four. The force is that of the springs for all. One judge tests the meshes themselves after "
-        "every tick (depth: at every third tick, of vertices and edges). The reference of the force is Touchstone "
-        "between meshes with eight ticks for each, so that Touchstone's own error there only says what the length of "
-        "a tick changes. *Tunnelled*: at the end the way of C from the reference's place to the system's crosses a "
-        "part. *Energy created*: the most that the hand had got back beyond what it gave. *Preparation*: of engines "
-        "their shapes; Touchstone makes its surfaces and trees when it opens a scene, which is not counted. Times are "
-        "thread CPU time, of engines with their collision. The device rests for the last 0.3 s. Processor: " +
-        build["machine"]["processor"].get<std::string>() + ". A system that needs more than " + shortNumber(of.limit) +
-        " s for a motion is stopped, and has no picture if that was before its moment.\n\n| engine | version | what "
-        "was chosen |\n|---|---|---|\n";
+        "- *Motion*: one tick is 1 ms, in one step or in four. The device rests for the last 0.3 s. A system that "
+        "needs "
+        "more than " +
+        shortNumber(of.limit) +
+        " s for a motion is stopped, and has no picture if that was before its moment.\n"
+        "- *Tool*: of an engine, a body of 50 g that a spring and a damper pull to the device, with the scene's "
+        "stiffness and torsion, critical damping, and an inertia with which turning is as fast as moving.\n"
+        "- *Depth* and ticks that intersect: one judge tests the meshes themselves after every tick (depth: after "
+        "every "
+        "third tick, of vertices and edges).\n"
+        "- *Force*: that of the springs for all. The reference is Touchstone between meshes with eight ticks for each, "
+        "so Touchstone's own error only says what the length of a tick changes.\n"
+        "- *Tunneled*: at the end, the straight line of C from the reference's place to the system's crosses a part.\n"
+        "- *Energy created*: the most that the hand had got back beyond what it gave.\n"
+        "- *Tick*: thread CPU time, of engines with their collision. *Preparation*: the shapes of an engine; surfaces "
+        "and "
+        "trees, which Touchstone makes when it opens a scene, are not counted.\n\n"
+        "The tables show each way to touch and each engine; referee.csv also has Touchstone's other solvers. "
+        "Processor: " +
+        build["machine"]["processor"].get<std::string>() + ".\n\n| engine | version | choices |\n|---|---|---|\n";
     for (const EngineInfo& info : engineTable())
         page += std::string("| ") + info.name + " | " + info.version + " | " + info.choices + " |\n";
     for (const char* name : {"Bullet", "ODE", "MuJoCo"})
@@ -123,12 +133,12 @@ void writeRefereePage(const RefereePage& of) {
             page += std::string("| ") + name + " | – | not installed when the program was built |\n";
     page +=
         "\n## What the engines do better\n\n"
-        "- They move many bodies, with gravity, joints and motors; Touchstone moves one tool among parts that stand.\n"
-        "- Their tool has mass, so that it can be thrown and can bounce; Touchstone's has none.\n" +
+        "- They move many bodies, with gravity, joints and motors; Touchstone moves one tool among fixed parts.\n"
+        "- Their tool has mass, so it can be thrown and can bounce; Touchstone's has none.\n" +
         winsOfEngines(of.rows, of.motions, "tick_p50_us", "Shortest median tick") +
         winsOfEngines(of.rows, of.motions, "tick_p999_us", "Shortest tick at p99.9") +
         winsOfEngines(of.rows, of.motions, "prepare_ms", "Shortest preparation") +
-        "\nMuJoCo's times are those of hulls, which are other parts than those that the judge looks at.\n";
+        "\nMuJoCo's times are those of convex hulls, while the judge looks at the meshes.\n";
     for (const Figure& figure : of.figures)
         page += "\n![" + figure.caption + "](" + folder.filename().string() + "/" + figure.name + ".svg)\n";
     for (const std::string& motion : of.motions) {
@@ -139,7 +149,7 @@ void writeRefereePage(const RefereePage& of) {
         page += "\n";
         std::string notes, pictures;
         for (const ordered_json& row : of.rows) {
-            if (row["motion"] != motion) continue;
+            if (row["motion"] != motion || isVariant(row["system"])) continue;
             page += "|";
             for (const auto& [key, title] : kColumns) page += " " + tableCell(row[key]) + " |";
             page += "\n";
