@@ -20,7 +20,7 @@ bool hasClientExtension(std::string_view name) {
     return list && std::string_view(list).find(name) != std::string_view::npos;
 }
 
-/// Whether Mesa's rasteriser is the device.
+/// Whether Mesa's rasterizer is the device.
 bool isSoftware(EGLDeviceEXT device) {
     const char* list =
         hasClientExtension("EGL_EXT_device_query") ? eglQueryDeviceStringEXT(device, EGL_EXTENSIONS) : "";

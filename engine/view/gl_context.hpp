@@ -8,7 +8,7 @@
 namespace touchstone::engine {
 
 /// An OpenGL core context without window or display, through EGL: 4.3 where a driver has it, else 3.3, of a graphics
-/// card before Mesa's rasteriser. It is current on the constructing thread until it is destroyed or another context is
+/// card before Mesa's rasterizer. It is current on the constructing thread until it is destroyed or another context is
 /// made current. It has no default framebuffer: draw with renderToImage() or into a framebuffer object. Throws
 /// std::runtime_error with one sentence that names the remedy if no driver offers such a context.
 class HeadlessContext {

@@ -17,7 +17,7 @@ constexpr double kPenalty = 1e5, kFirstRound = 1e-2;
 /// converged after 20 mostly circle.
 constexpr int kSteps = 20;
 /// Steps in which a contact that slid and would now slide back is held instead: two slopes between which a step lies
-/// would otherwise send it to and fro.
+/// would otherwise send it back and forth.
 constexpr int kHeldSteps = 16;
 /// A force that is nearer than this to the edge of its cone, relative to friction, starts as one that slides. Between
 /// two linearizations the normal turns, and with it the edge: with a smaller value contacts that slide start as ones

@@ -202,7 +202,7 @@ TEST_CASE("bench: a row with wrong answers is listed without a time", "[program]
     CHECK_THAT(textOf(touchstone.file("hard/index.html")), Catch::Contains("iteration-limit"));
 }
 
-TEST_CASE("bench: the mesh suite measures meshes alone, with and without the thread that finds lists", "[program]") {
+TEST_CASE("bench: the mesh suite measures meshes alone, with and without the list worker", "[program]") {
     const Program touchstone;
     engine::Scene scene = pressScene();
     for (const char* name : {"hard-01-slide", "hard-05-teleport"}) {

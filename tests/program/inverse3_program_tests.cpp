@@ -79,7 +79,7 @@ TEST_CASE("inverse3 program: however the program ends, the service has no force"
     pid_t child = 0;
     int status = 0;
     const auto ended = [&] { return waitpid(child, &status, WNOHANG) == child; };
-    // Where other programs take the processor for long, the device is lost, and nobody engages it again: begin anew.
+    // Where other programs take the processor for long, the device is lost, and nobody engages it again: start again.
     const bool pressed = within([&] {
         fake.hand({0, 0, 0});
         child = start(touchstone, fake);

@@ -146,7 +146,7 @@ TEST_CASE("scenes: with the faults of other programs' exports each still meets i
     }
 }
 
-TEST_CASE("scenes: a clock and the list thread change no bit of a run", "[scenes][slow][long]") {
+TEST_CASE("scenes: a clock and the list worker change no bit of a run", "[scenes][slow][long]") {
     for (const char* name : {"bunnies", "spline", "gears"}) {
         INFO(name);
         const sandbox::HapticScene scene = openBundled(TOUCHSTONE_BINARY_DIR "/scenes/" + std::string(name) + ".glb");

@@ -28,7 +28,7 @@ Outline rectangle(const PegFit& fit, double outward) {
     return offset(subdivided(corners, fit.spacing), outward);
 }
 
-/// From the first to the last, without sections of a chamfer that is none.
+/// Drops sections that repeat a height, as those of a chamfer of length zero do.
 std::vector<Section> distinct(std::vector<Section> sections) {
     const auto same = [](const Section& a, const Section& b) { return a.y == b.y; };
     sections.erase(std::unique(sections.begin(), sections.end(), same), sections.end());

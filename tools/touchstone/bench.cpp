@@ -173,7 +173,7 @@ void addBench(CLI::App& program, Action& action) {
     command
         ->add_option("--suite", options->suite,
                      "sweep: mode x solver x tolerance x leaves x linearizations; hard: all hard motions in both modes "
-                     "with each solver; mesh: contact between meshes, with and without the thread that finds lists")
+                     "with each solver; mesh: contact between meshes, with and without the list worker")
         ->capture_default_str();
     command->add_flag("--gpu", options->gpu, kGpuHelp);
     command->add_option("--shard", options->shard, "K/N: measure the K-th of N parts, for `touchstone bench merge`");

@@ -33,7 +33,7 @@ struct BenchCase {
     int leaves = 0;          ///< of every part; 0: as the scene says
     int linearisations = 0;  ///< 0: as the scene says; paper mode has none
     std::string screening = "none";
-    bool helper = false;       ///< paced by the clock, with the thread that finds lists ahead
+    bool helper = false;       ///< paced by the clock, with the list worker
     bool fixedMargin = false;  ///< all rows within the margin go to the solver, so that screening has rows to remove
     double rate = 0;           ///< Hz; 0: as the scene says
 

@@ -130,7 +130,7 @@ void writeGpuPage(const std::filesystem::path& out, const std::vector<QpCost>& t
         "solver "
         "on one core. *Upload* has the rounding of the rows, and *download* the answers from the forces, which all "
         "cores "
-        "compute. *Dispatch* ends when the driver has taken the commands, which a rasteriser does by solving. "
+        "compute. *Dispatch* ends when the driver has taken the commands, which a rasterizer does by solving. "
         "Batches that "
         "would take more than " +
         shortNumber(kLongest) + " s on the card are left out.\n\n" + renderingSentence() +
@@ -139,7 +139,7 @@ void writeGpuPage(const std::filesystem::path& out, const std::vector<QpCost>& t
         "\n";
     if (software)
         page +=
-            "\n**This is no graphics card**: llvmpipe, Mesa's rasteriser, computes on the processor. The table shows "
+            "\n**This is no graphics card**: llvmpipe, Mesa's rasterizer, computes on the processor. The table shows "
             "that the "
             "way works, not what a card gains; run the command on a machine with a card.\n";
     for (const Figure& figure : figures) page += "\n![" + figure.caption + "](" + name + "/" + figure.name + ".svg)\n";

@@ -316,7 +316,7 @@ void addNew(CLI::App& program, Action& action) {
                             "run a study of five simulated hands, and write its protocol and results to this folder"));
     CLI::Option* scene = command->add_option("--scene", options->scene, "in place of parts: a scene to copy, scaled");
     for (CLI::Option* option : ofParts) scene->excludes(option);
-    command->add_option("--scale", options->scale, "by which the scene is scaled")->needs(scene);
+    command->add_option("--scale", options->scale, "factor by which the scene is scaled")->needs(scene);
     addTreeChoice(*command, options->tree);
     command->add_option("-o,--output", options->output, "the scene to write, .glb or .gltf")->required();
     command->callback([options, &action] { action = [options] { return makeNew(*options); }; });

@@ -414,7 +414,7 @@ void addRun(CLI::App& program, Action& action) {
     run->add_flag("--headless", options->headless,
                   "without a window, as fast as possible, in simulated time; bit-reproducible");
     run->add_flag("--paced", options->paced,
-                  "headless: pace the ticks by the clock and run the list helper thread, as a window does");
+                  "headless: pace the ticks by the clock and run the list worker, as a window does");
     run->add_option("--seconds", options->seconds,
                     "duration; headless in simulated time (default: headless, until the motion ends, or 60 s if the "
                     "device does not end within a day)")
@@ -427,7 +427,7 @@ void addRun(CLI::App& program, Action& action) {
                         "; penalty: springs against overlaps, for comparison; or god-object: constrained by the pairs "
                         "that touch, for comparison");
     run->add_option("--geometry", settings.geometry,
-                    "by what parts touch in default mode. mesh: their triangles (default); "
+                    "what touches in default mode. mesh: the triangles of the parts (default); "
                     "spheres: their sphere trees");
     run->add_option("--solver", settings.solver, "solver that moves the tool: " + namesOf(solverTable()));
     run->add_option("--shadow", settings.shadow, "second solver, measured on the same rows: one of these, or none");

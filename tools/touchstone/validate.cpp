@@ -112,7 +112,7 @@ constexpr const char* kValidateFooter =
     "The last lines say \"valid\", or \"valid, with N warnings\" and what they are: content that is ignored, unknown "
     "keys,\n"
     "unlikely sizes, surfaces that are not closed, parts that overlap at the start or at the goal, a goal in mid-air.\n"
-    "The exit code is 0 also with warnings, and 1 if the scene cannot be run.\n\n"
+    "The exit code is 1 if the scene cannot be run; warnings leave it at 0.\n\n"
     "Example:\n  touchstone validate part.glb\n";
 
 }  // namespace

@@ -22,7 +22,7 @@ constexpr const char* kNoMemory = "the card has not enough memory for the proble
 constexpr double kFloor = 1e-4, kSmallestFloor = 1e-12;
 constexpr float kLargest = 1e30f;        // of a single-precision entry, so that 0 times it is 0
 constexpr std::size_t kGroups = 65'535;  // that every driver takes in one dispatch
-// Passes of a thread's loops in one dispatch. Mesa's rasteriser ends loops after 65,535, and says nothing; drivers of
+// Passes of a thread's loops in one dispatch. Mesa's rasterizer ends loops after 65,535, and says nothing; drivers of
 // cards end a dispatch of seconds.
 constexpr int kPasses = 60'000;
 constexpr int kThreads = 256, kReductions = 128;  // of the shader; reductions: passes of the loops that add up lanes
@@ -188,7 +188,7 @@ struct GpuPqp::Impl {
             glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0,
                                static_cast<GLsizeiptr>(values.size() * sizeof values.front()), values.data());
         };
-        // Twice as many dispatches each time, until no problem goes on: few questions, and few dispatches in vain.
+        // Twice as many dispatches each time, until every problem is done: few queries, and few wasted dispatches.
         std::int64_t made = 0;
         bool goesOn = true;
         for (std::int64_t asked = 1; goesOn && made <= limit; asked *= 2) {

@@ -179,8 +179,7 @@ class Panel {
         else
             ImGui::TextDisabled("no times yet");
         engine::noteItem(items_, "tick times");
-        engine::tooltip(
-            "CPU time of the ticks shown, including the shadow solver. The loop's helper threads are not included.");
+        engine::tooltip("CPU time of the ticks shown, including the shadow solver. The list worker is not included.");
 
         const float height = heightOf(4);
         plot("Tick time", "µs", height, {{"total", of(Channel::TotalUs), kBlue}}, true,

@@ -166,15 +166,15 @@ std::vector<HealthItem> healthItems(const HealthView& view) {
         {.name = "Frame",
          .value =
              engine::formatted("%.0f ms", view.frame.periodMs) + (view.frame.software ? ", drawn by software" : ""),
-         .help =
-             engine::formatted("Time from one picture of the window to the next. Its thread takes %.1f ms of that "
-                               "for drawing, in %d draw calls, and %.1f ms for everything else. The loop has its own "
-                               "thread, and a helper thread prepares its pair lists: the helper took %.0f µs in the "
-                               "last tick.",
-                               view.frame.drawingMs, view.frame.drawCalls, view.frame.cpuMs - view.frame.drawingMs,
-                               s.record.helperUs) +
-             (view.frame.software ? " No graphics card draws here, so the scene is drawn coarsely while it moves."
-                                  : ""),
+         .help = engine::formatted(
+                     "Time from one picture of the window to the next. Its thread takes %.1f ms of that "
+                     "for drawing, in %d draw calls, and %.1f ms for everything else. The loop has its own "
+                     "thread, and so has the list worker, which finds near pairs ahead: it took %.0f µs in the "
+                     "last tick.",
+                     view.frame.drawingMs, view.frame.drawCalls, view.frame.cpuMs - view.frame.drawingMs,
+                     s.record.helperUs) +
+                 (view.frame.software ? " No graphics card draws here, so the scene is drawn coarsely while it moves."
+                                      : ""),
          .brief = engine::formatted("%.0f ms", view.frame.periodMs)},
     };
     if (view.recorder)

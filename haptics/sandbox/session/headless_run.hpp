@@ -27,8 +27,7 @@ struct HeadlessOptions {
     /// Measure CPU times, in a second pass without audit and shadow. A device that a person moves (Mover) has only one
     /// pass, paced by the clock and without CPU times.
     bool timing = true;
-    /// The pass that measures times runs in real time, with the helper thread that prepares neighbor lists, as in a
-    /// window.
+    /// The pass that measures times runs in real time, with the list worker, as in a window.
     bool paced = false;
     std::filesystem::path record = {};        ///< folder for a recording of the run; empty: no recording
     std::filesystem::path configFolder = {};  ///< where workspaces of devices are saved; empty: they are the default

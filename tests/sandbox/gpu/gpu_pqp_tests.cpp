@@ -1,4 +1,4 @@
-// PQP in a compute shader against the CPU's, with the software rasteriser where there is no card.
+// PQP in a compute shader against the CPU's, with the software rasterizer where there is no card.
 #include "haptics/sandbox/gpu/gpu_pqp.hpp"
 
 #include <epoxy/gl.h>

@@ -1,4 +1,4 @@
-// PQP on the card as a solver of the tick, with the software rasteriser where there is no card.
+// PQP on the card as a solver of the tick, with the software rasterizer where there is no card.
 #include "haptics/sandbox/gpu/gpu_solver.hpp"
 
 #include <catch2/catch.hpp>
