@@ -8,56 +8,58 @@
 namespace touchstone {
 namespace {
 
-/// ρ times the compliance of the springs at the contact: in Newton's steps, and as a share of it in the first round. A
-/// larger one loses digits. With a smaller one the forces need more corrections, and contacts that clamp a small part,
-/// which turns on stiffer springs than it moves on, are not found. What circles with one value often does not with
-/// another.
+/// ρ in Newton's steps, relative to the springs' stiffness at the contact, and the share of it in the first round. A
+/// larger ρ loses digits. A smaller one needs more corrections of the forces, and misses contacts that clamp a small
+/// part, whose rotational springs are stiffer than its translational ones. Steps that circle with one value often
+/// converge with the other.
 constexpr double kPenalty = 1e5, kFirstRound = 1e-2;
-/// Newton steps before f⁰ is held. Ticks that differ little from the last one take 2 to 8; steps that have not
-/// converged after 20 mostly circle.
+/// Maximum number of Newton steps before f⁰ is held. Ticks that differ little from the last one take 2 to 8; steps
+/// that have not converged after 20 mostly circle.
 constexpr int kSteps = 20;
-/// Steps in which a contact that slid and would now slide back is held instead: two slopes between which a step lies
-/// would otherwise send it back and forth.
+/// Number of steps in which a contact that slid and would now slide back is made to stick. If the answer lies between
+/// two slopes, the steps would otherwise go back and forth between them.
 constexpr int kHeldSteps = 16;
-/// A force that is nearer than this to the edge of its cone, relative to friction, starts as one that slides. Between
-/// two linearizations the normal turns, and with it the edge: with a smaller value contacts that slide start as ones
-/// that stick, from where Newton's steps often circle.
+/// Warm start: a force within this share of its cone's edge starts as sliding, any other as sticking. The normal turns
+/// between two linearizations, and the edge with it. With a smaller value sliding contacts start as sticking, and
+/// Newton's steps often circle from there.
 constexpr double kAtEdge = 1e-3;
-/// Imbalance, and change of a force in the last correction, at which they are accepted, relative to the forces, but to
-/// no more than kMostForce, N. The change bounds gaps and slips of what touches and sticks, times ρ: 1e-15 mm for 1 N.
-/// Forces of contacts that contradict each other grow without end, and to them nothing would be far from the law.
+/// Convergence: the greatest imbalance, and the greatest change of a force in the last correction, relative to the
+/// forces, which count as at most kMostForce, N. The change is ρ times the gaps and slips of contacts that touch and
+/// stick: 1e-15 mm for 1 N. Forces of contradicting contacts grow without bound, so without kMostForce any answer
+/// would pass.
 constexpr double kBalanced = 1e-11, kForcesSettled = 1e-10, kMostForce = 1e4;
-/// Imbalance, relative to the change of the forces, that is small beside what this change does to the next answer:
-/// early rounds end at it. With a smaller one each round takes more steps; with 0.1, rounds with redundant contacts
-/// stall. No more than the same part of the forces, since what is clamped may change by far more than the springs pull.
+/// Early rounds end at this imbalance, relative to the change of the forces, since the change moves the next answer
+/// further. A smaller value takes more steps in each round; with 0.1, rounds with redundant contacts stall. It is also
+/// relative to the forces, since the forces of a clamped tool may change by far more than the springs pull.
 constexpr double kNearlyBalanced = 0.02;
-/// Evaluations with an imbalance greater than all forces and than where the steps began, after which they are given up:
-/// contacts were far on the wrong side of open, stick and slide, and steps from there seldom converge. One alone often
-/// does no harm.
+/// Newton's steps are given up after this many evaluations with an imbalance greater than all forces and than at the
+/// first step: too many contacts then have the wrong mode (open, stick or slide). One such evaluation often does no
+/// harm.
 constexpr int kWildSteps = 2;
-/// Rounds with f⁰ held, Newton steps of each, and the factor by which ρ grows up to kMostGrowth times its first value.
-/// Nearly parallel contacts settle slowly with a small ρ; with a large one the steps circle. Then ρ falls back by the
-/// square of the factor, which becomes smaller; after kFalls that it is given up, as it
-/// is if the error has not halved in half of the rounds. Rounds go on while
-/// each halves the error, so that rounding does not decide where they end, but no further than to kConverged.
+/// Maximum number of rounds, of Newton steps in each, and of falls of ρ; the factor by which ρ grows, its lower bound,
+/// and the bound on the product of all factors. Nearly parallel contacts settle slowly with a small ρ; with a large one
+/// the steps circle. Then ρ falls by the square of the factor, and the factor becomes smaller. The rounds are given up
+/// if the error has not halved in half of them. They continue while each halves the error, down to kConverged, so that
+/// rounding does not decide where they end.
 constexpr int kRounds = 60, kRoundSteps = 10, kFalls = 12;
 constexpr double kGrowth = 6, kLeastGrowth = 2, kMostGrowth = 1e4, kConverged = 1e-13;
-/// Residuals at which nothing more is sought: those of rows that contradict each other by rounding.
+/// Error at which an answer is good enough, mm: rows that contradict each other by rounding leave as much.
 constexpr double kErrorSettled = 1e-9;
-/// Overlap, mm, and imbalance, N, up to which an answer that is not exact is a regularized one.
+/// Greatest overlap, mm, and imbalance, N, of an answer that is not exact and counts as regularized.
 constexpr double kRegularized = 3e-4;
-/// Share of the springs below which a pivot is sought, since the derivative may be singular.
+/// Elimination looks for pivots once a diagonal entry is below this share of the springs, since the derivative may be
+/// singular.
 constexpr double kPositive = 0.1;
-/// Gap below which a contact that does not take part is crossed, mm.
+/// A contact that does not take part joins if its gap falls below this, mm.
 constexpr double kCrossed = -1e-10;
-/// Lower bound on the share of the slip in w_t, which is 0 where a contact begins to slide and the direction of its
-/// force has no derivative.
+/// Lower bound on the share of the slip in w_t. The share is 0 where a contact begins to slide, and the direction of
+/// its force has no derivative there.
 constexpr double kLeastSlip = 0.05;
-/// A path begins with ρ 1/kDecades of the springs and ends with kDecades^5; at kDecades^2 and each factor kDecades
-/// beyond, rounds try to finish it. Rounding is as great as the forces where it begins, and falls as ρ^-1/2.
+/// Continuation: ρ begins at 1/kDecades of the springs and ends at kDecades^5. At kDecades^2 and at each further factor
+/// of kDecades, rounds try to finish. The rounding of corners begins as large as the forces and falls as ρ^-1/2.
 constexpr double kDecades = 100;
-/// Imbalance of a point of the path, relative to the forces, and its least step, of log ρ; corrections that a point may
-/// take; and the imbalance, N, that rounding causes where ρ is large.
+/// Tolerance of a point on the path: its imbalance relative to the forces, and the least step in log ρ. The imbalance
+/// that rounding causes if ρ is large, N. The maximum number of corrections of a point.
 constexpr double kOnPath = 1e-6, kMostImbalance = 1e-7;
 constexpr int kCorrections = 6;
 
@@ -86,13 +88,13 @@ void ConeNewton::begin(const FrictionProblem& problem) {
     force_ = std::min(force_, kMostForce);
 }
 
-/// The solutions of derivative_ y = first and second, by elimination on whole rows.
+/// Solves derivative_ y = first and derivative_ y = second, by elimination on whole rows.
 ConeNewton::Steps ConeNewton::solveFor(const Vec6& first, const Vec6& second) {
     std::array<simd::Double8, 6> rows = derivative_;
 #pragma GCC unroll 6
     for (int i = 0; i < 6; ++i) rows[i][6] = first[i], rows[i][7] = second[i];
     Steps steps{{}, {}, false};
-    // Without pivots, as for a symmetric positive matrix: friction seldom makes it another.
+    // First without pivots: friction seldom makes the matrix differ much from a symmetric positive one.
     bool positive = true;
 #pragma GCC unroll 6
     for (int k = 0; k < 6; ++k) {
@@ -104,6 +106,7 @@ ConeNewton::Steps ConeNewton::solveFor(const Vec6& first, const Vec6& second) {
             if (i != k) rows[i] = simd::fnma(rows[i][k], rows[k], rows[i]);
     }
     if (!positive) {
+        // Again with pivots. `reversed` follows the sign of the determinant.
         rows = derivative_;
         for (int i = 0; i < 6; ++i) rows[i][6] = first[i], rows[i][7] = second[i];
         for (int k = 0; k < 6; ++k) {
@@ -132,7 +135,8 @@ Vec6 ConeNewton::evaluate(const Vec6& x, Pieces pieces) {
     change_ = 0;
     changed_ = false;
     for (auto& row : derivative_) row = Double8{};
-    // K is q 1 and terms of rank one. The derivative of q 1 is the sums of q, q r and q rr'.
+    // The derivative of a contact's force is q 1 plus terms of rank one. The part q 1 of all contacts needs only the
+    // sums of q, q r and q rr'.
     double q = 0;
     Vec3 qr = Vec3::Zero();
     Mat3 qrr = Mat3::Zero();
@@ -141,6 +145,7 @@ Vec6 ConeNewton::evaluate(const Vec6& x, Pieces pieces) {
         State& state = states_[i];
         if (!state.takesPart) continue;
         const Vec3 motion = c.motion(x), u = motion + c.slipped;
+        // w = f⁰ - ρ (s, u), and its projection onto the cone.
         const Vec3 w = state.f0 - state.weight * (u + (c.n.dot(motion) + c.gap - c.n.dot(u)) * c.n);
         const ConePiece before = state.law.piece;
         Vec3 widened;
@@ -159,12 +164,13 @@ Vec6 ConeNewton::evaluate(const Vec6& x, Pieces pieces) {
         changed_ = changed_ || law.piece != before;
         if (law.piece != ConePiece::Open) {
             if (law.piece == ConePiece::Slide && (pieces == Pieces::Newton || pieces == Pieces::Held)) {
-                // Newton's step for f⁰ as well: its direction becomes that of the slip at once.
+                // Correct f⁰ in the same step: its direction becomes that of the slip at once.
                 const double gain = 1 / std::max(1 - law.share, kLeastSlip);
                 law.force -= (gain - 1) * (state.f0 - c.n * c.n.dot(state.f0) - law.along * law.along.dot(state.f0));
                 law.share *= gain, law.fall *= gain;
             }
             if (law.piece == ConePiece::Slide) {
+                // The terms of rank one.
                 const Vec3 rn = c.r.cross(c.n), ra = c.r.cross(law.along);
                 const Double8 n{c.n.x(), c.n.y(), c.n.z(), rn.x(), rn.y(), rn.z()};
                 const Double8 a{law.along.x(), law.along.y(), law.along.z(), ra.x(), ra.y(), ra.z()};
@@ -172,6 +178,7 @@ Vec6 ConeNewton::evaluate(const Vec6& x, Pieces pieces) {
                 const Double8 byA = simd::sumOfProducts(state.weight * law.lean, n, -state.weight * law.fall, a);
                 for (int k = 0; k < 6; ++k) derivative_[k] = simd::fma(a[k], byA, simd::fma(n[k], byN, derivative_[k]));
             }
+            // The part q 1, and the force.
             const double round = state.weight * law.share;
             q += round;
             const Vec3 r = round * c.r;
@@ -200,7 +207,7 @@ Vec6 ConeNewton::evaluate(const Vec6& x, Pieces pieces) {
 
 double ConeNewton::nearlyBalanced() const { return kNearlyBalanced * std::min(change_, force_); }
 
-/// Lets the contact take part that x crosses furthest, and those that it crosses as far. Returns whether there is one.
+/// Adds the contact that x crosses furthest, and those that it crosses as far. Returns whether there is one.
 bool ConeNewton::addCrossed(const Vec6& x) {
     const std::size_t m = problem_->contacts.size();
     double least = kCrossed;
@@ -216,8 +223,8 @@ bool ConeNewton::addCrossed(const Vec6& x) {
     return true;
 }
 
-/// How far the contacts that take part are from the law: the greatest overlap or friction beyond its cone; of gap and
-/// force under it, and of slip and lack of friction against it, the smaller; forces over k. mm. Unlike the energies of
+/// The distance from the law, mm, with forces divided by k: the greatest of any contact's overlap, friction beyond the
+/// cone, min(gap, normal force), and min(slip, friction that is missing against it). Unlike the energies of
 /// CoulombResiduals it sees a slow slip at the edge of the cone.
 double ConeNewton::errorAt(const Vec6& x) const {
     double error = 0;
@@ -234,7 +241,7 @@ double ConeNewton::errorAt(const Vec6& x) const {
     return error;
 }
 
-/// How far x and the forces, which forces_ receives, are from the law.
+/// Writes the forces to forces_, and returns how far x and the forces are from the law.
 CoulombResiduals ConeNewton::residualsAt(const Vec6& x) {
     const std::size_t m = problem_->contacts.size();
     for (std::size_t i = 0; i < m; ++i) forces_[i] = states_[i].takesPart ? states_[i].law.force : Vec3::Zero();
@@ -266,7 +273,7 @@ bool ConeNewton::newton(Vec6& x) {
             if (evaluations_ > kMostEvaluations) return false;
             continue;
         }
-        // Contacts that bear the same load pass it on slowly: rounds do it at once.
+        // Contacts that share a load pass it on slowly in these steps, and at once in rounds.
         if (i > 1 && !changed_ && slow && off <= std::max(balanced, nearlyBalanced())) return false;
         const Vec6 dx = -solveFor(imbalance, Vec6::Zero()).first;
         if (!dx.allFinite()) return false;
@@ -282,8 +289,8 @@ bool ConeNewton::newton(Vec6& x) {
     return false;
 }
 
-/// Newton's method for the pose with f⁰ held. Returns whether it converged: to rounding, or, as long as ρ is small and
-/// the answer is not exact, nearly. weight: ρ over its first value, by which rounding grows.
+/// Newton's method for the pose with f⁰ held. Returns whether it converged. While ρ is small and the answer is not
+/// exact, nearlyBalanced() suffices. weight: ρ over its first value; rounding errors grow with it.
 bool ConeNewton::findPose(Vec6& x, double weight, double& error) {
     const double balanced = std::min(kBalanced * std::max(1.0, weight) * force_, kMostImbalance);
     double scale = force_;
@@ -304,7 +311,8 @@ bool ConeNewton::findPose(Vec6& x, double weight, double& error) {
     return false;
 }
 
-/// Rounds from x and the forces f⁰, in which all contacts take part.
+/// Rounds from x and the forces f⁰, with all contacts: finds the pose for f⁰, takes its forces as f⁰, and raises ρ.
+/// Keeps the best round. Returns whether its error is small enough.
 bool ConeNewton::climb(Vec6& x) {
     const std::size_t m = problem_->contacts.size();
     double weight = kFirstRound, growth = kGrowth, least = INFINITY;
@@ -318,6 +326,7 @@ bool ConeNewton::climb(Vec6& x) {
          ++round) {
         double factor;
         if (double error; findPose(x, weight, error)) {
+            // The round converged: keep it if it halved the error, and raise ρ.
             found = x;
             ++stalled;
             if (error <= least / 2) {
@@ -331,6 +340,7 @@ bool ConeNewton::climb(Vec6& x) {
             if (++climbed % 5 == 0) growth = std::min(kGrowth, 2 * growth);
             for (std::size_t i = 0; i < m; ++i) states_[i].before = states_[i].law.force;
         } else {
+            // The steps circled: go back to the last round, with a smaller ρ and a smaller factor.
             if (least <= kErrorSettled || ++falls > kFalls) break;
             x = found;
             factor = 1 / (growth * growth);
@@ -348,16 +358,16 @@ bool ConeNewton::climb(Vec6& x) {
     return least <= kErrorSettled;
 }
 
-/// ρ of a path, and the rounding that belongs to it.
+/// Sets ρ to exp(logarithm) times the springs, and the rounding of corners that belongs to it.
 void ConeNewton::stiffen(double logarithm) {
     for (std::size_t i = 0; i < problem_->contacts.size(); ++i)
         states_[i].weight = std::exp(logarithm) * states_[i].soft;
     rounding_ = force_ / std::sqrt(kDecades) * std::exp(-logarithm / 2);
 }
 
-/// Follows the answers with the forces f⁰ by the arc length in x and log ρ, from a ρ that is hardly felt. Where the
-/// path folds, ρ falls for a while: the sign of the determinant tells the direction. Returns whether rounds
-/// from a point of it found an answer; if not, the last point is in x.
+/// Continuation: follows the answers for the forces f⁰ by arc length in x and log ρ, from a small ρ. Where the path
+/// folds, ρ falls for a while; the sign of the determinant gives the direction. Returns whether rounds from one of its
+/// points found an answer. If not, x is the last point.
 bool ConeNewton::follow(Vec6& x) {
     const std::size_t m = problem_->contacts.size();
     const Vec6 metric = problem_->stiffness / std::max(force_ * force_ / problem_->stiffness.head<3>().mean(), 1e-12);
@@ -370,7 +380,7 @@ bool ConeNewton::follow(Vec6& x) {
     Vec6 slope = Vec6::Zero();
     x = problem_->wanted;
     for (bool begun = false; evaluations_ < kMostEvaluations;) {
-        // The next point: along the path, but the first one for the pose alone.
+        // Predict the next point along the tangent. The first point is sought at the given ρ.
         double to = at;
         Vec6 y = x, start = x;
         if (begun) {
@@ -385,6 +395,7 @@ bool ConeNewton::follow(Vec6& x) {
         }
         const double planned = to;
         const bool fixed = !begun || planned == end;
+        // Correct it by Newton's steps, across the tangent unless its ρ is fixed.
         bool onPath = false;
         int corrections = 0;
         for (; corrections < kCorrections * (begun ? 1 : 5) && !onPath; ++corrections) {
@@ -402,6 +413,7 @@ bool ConeNewton::follow(Vec6& x) {
             to += d;
             if (!y.allFinite() || !(std::abs(to - at) < 20)) break;
         }
+        // Shorten the step if that failed; accept the point and lengthen the next step otherwise.
         if (!onPath) {
             cap /= 2;
             if (!begun || cap < kOnPath) return false;
@@ -414,7 +426,7 @@ bool ConeNewton::follow(Vec6& x) {
         if (at < -2 * decades) return false;
         if (at < trial && at < end) continue;
         trial = at + decades;
-        // Rounds from here with this ρ, by the law itself.
+        // Try to finish by rounds from here, with this ρ and sharp corners.
         rounding_ = 0;
         for (std::size_t i = 0; i < m; ++i) best_[i] = states_[i].f0 = states_[i].law.force;
         double error, before = INFINITY;
@@ -441,7 +453,7 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
     evaluations_ = 0;
     FrictionResult result;
     double least = INFINITY;
-    // The first answer that is exact, or else the one nearest to the law.
+    // Keep the first exact answer, or else the one nearest to the law.
     const auto attempt = [&](FrictionStage stage, auto&& solveFrom) {
         if (result.status == FrictionStatus::Exact || evaluations_ > kMostEvaluations) return;
         begin(problem);
