@@ -24,7 +24,7 @@ ConeForce projectRounded(const Vec3& w, const Vec3& n, double mu, double roundin
     const double wn = n.dot(w);
     const auto [normal, rise, normalWidened] = rounded(wn, rounding);
     if (!(normal > 0)) return to;
-    to.piece = ConePiece::Slide;
+    to.mode = ContactMode::Slide;
     to.rise = rise;
     to.force = normal * n;
     widened = normalWidened * n;

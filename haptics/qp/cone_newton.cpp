@@ -126,11 +126,11 @@ ConeNewton::Steps ConeNewton::solveFor(const Vec6& first, const Vec6& second) {
 }
 
 /// Returns the imbalance G (x - h) - Σ (f, r x f).
-Vec6 ConeNewton::evaluate(const Vec6& x, Pieces pieces) {
+Vec6 ConeNewton::evaluate(const Vec6& x, Modes modes) {
     using simd::Double8;
     ++evaluations_;
     Vec6 imbalance = problem_->stiffness.cwiseProduct(x - problem_->wanted);
-    const bool rounds = pieces == Pieces::ByLaw && rounding_ > 0;
+    const bool rounds = modes == Modes::ByLaw && rounding_ > 0;
     if (rounds) push_.setZero();
     change_ = 0;
     changed_ = false;
@@ -147,29 +147,29 @@ Vec6 ConeNewton::evaluate(const Vec6& x, Pieces pieces) {
         const Vec3 motion = c.motion(x), u = motion + c.slipped;
         // w = f⁰ - ρ (s, u), and its projection onto the cone.
         const Vec3 w = state.f0 - state.weight * (u + (c.n.dot(motion) + c.gap - c.n.dot(u)) * c.n);
-        const ConePiece before = state.law.piece;
+        const ContactMode before = state.law.mode;
         Vec3 widened;
         if (rounds)
             state.law = projectRounded(w, c.n, c.coefficient, rounding_, widened);
         else
-            state.law = projectOntoCone(w, c.n, c.coefficient, [&](ConePiece piece, const Vec3& along) {
-                if (pieces == Pieces::Start && (piece != ConePiece::Open || c.n.dot(state.f0) > 0))
-                    return state.slid ? ConePiece::Slide : ConePiece::Stick;
-                const bool back = pieces == Pieces::Held && piece == ConePiece::Slide && before == ConePiece::Slide &&
+            state.law = projectOntoCone(w, c.n, c.coefficient, [&](ContactMode mode, const Vec3& along) {
+                if (modes == Modes::Start && (mode != ContactMode::Open || c.n.dot(state.f0) > 0))
+                    return state.slid ? ContactMode::Slide : ContactMode::Stick;
+                const bool back = modes == Modes::Held && mode == ContactMode::Slide && before == ContactMode::Slide &&
                                   along.dot(state.law.along) < 0;
-                return back ? ConePiece::Stick : piece;
+                return back ? ContactMode::Stick : mode;
             });
         ConeForce& law = state.law;
         change_ = std::max(change_, (law.force - state.f0).squaredNorm());
-        changed_ = changed_ || law.piece != before;
-        if (law.piece != ConePiece::Open) {
-            if (law.piece == ConePiece::Slide && (pieces == Pieces::Newton || pieces == Pieces::Held)) {
+        changed_ = changed_ || law.mode != before;
+        if (law.mode != ContactMode::Open) {
+            if (law.mode == ContactMode::Slide && (modes == Modes::Newton || modes == Modes::Held)) {
                 // Correct f⁰ in the same step: its direction becomes that of the slip at once.
                 const double gain = 1 / std::max(1 - law.share, kLeastSlip);
                 law.force -= (gain - 1) * (state.f0 - c.n * c.n.dot(state.f0) - law.along * law.along.dot(state.f0));
                 law.share *= gain, law.fall *= gain;
             }
-            if (law.piece == ConePiece::Slide) {
+            if (law.mode == ContactMode::Slide) {
                 // The terms of rank one.
                 const Vec3 rn = c.r.cross(c.n), ra = c.r.cross(law.along);
                 const Double8 n{c.n.x(), c.n.y(), c.n.z(), rn.x(), rn.y(), rn.z()};
@@ -259,7 +259,7 @@ bool ConeNewton::newton(Vec6& x) {
     }
     double before = 0, scale = force_;
     for (int i = 0, wild = 0; i < kSteps; ++i) {
-        const Vec6 imbalance = evaluate(x, i == 0 ? Pieces::Start : i < kHeldSteps ? Pieces::Held : Pieces::Newton);
+        const Vec6 imbalance = evaluate(x, i == 0 ? Modes::Start : i < kHeldSteps ? Modes::Held : Modes::Newton);
         const double off = sizeOf(imbalance, lever_);
         if (i <= 1) scale = std::max(scale, off);
         if (off > scale && ++wild == kWildSteps) return false;
@@ -283,7 +283,7 @@ bool ConeNewton::newton(Vec6& x) {
             if (!state.takesPart) continue;
             const FrictionContact& c = problem_->contacts[k];
             state.f0 = state.law.force;
-            if (state.law.piece != ConePiece::Open) state.f0 -= state.weight * state.law.derivative(c.n, c.motion(dx));
+            if (state.law.mode != ContactMode::Open) state.f0 -= state.weight * state.law.derivative(c.n, c.motion(dx));
         }
     }
     return false;
@@ -295,7 +295,7 @@ bool ConeNewton::findPose(Vec6& x, double weight, double& error) {
     const double balanced = std::min(kBalanced * std::max(1.0, weight) * force_, kMostImbalance);
     double scale = force_;
     for (int i = 0, wild = 0; i < kRoundSteps; ++i) {
-        const Vec6 imbalance = evaluate(x, Pieces::ByLaw);
+        const Vec6 imbalance = evaluate(x, Modes::ByLaw);
         const double off = sizeOf(imbalance, lever_);
         const bool nearly = weight <= 1 && off <= nearlyBalanced();
         if (off <= balanced || nearly) {
@@ -385,7 +385,7 @@ bool ConeNewton::follow(Vec6& x) {
         Vec6 y = x, start = x;
         if (begun) {
             stiffen(at);
-            evaluate(x, Pieces::ByLaw);
+            evaluate(x, Modes::ByLaw);
             const auto [none, along, reversed] = solveFor(Vec6::Zero(), push_);
             slope = along;
             if (!slope.allFinite()) return false;
@@ -400,7 +400,7 @@ bool ConeNewton::follow(Vec6& x) {
         int corrections = 0;
         for (; corrections < kCorrections * (begun ? 1 : 5) && !onPath; ++corrections) {
             stiffen(to);
-            const Vec6 imbalance = evaluate(y, Pieces::ByLaw);
+            const Vec6 imbalance = evaluate(y, Modes::ByLaw);
             onPath = sizeOf(imbalance, lever_) <= enough;
             if (onPath) break;
             const auto [back, forth, reversed] = solveFor(imbalance, push_);
@@ -476,7 +476,7 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
     attempt(FrictionStage::Newton, [&](Vec6& x) { return newton(x); });
     attempt(FrictionStage::Rounds, [&](Vec6& x) { return climb(x); });
     for (const bool unloaded : {false, true})
-        attempt(FrictionStage::Path, [&](Vec6& x) {
+        attempt(FrictionStage::Continuation, [&](Vec6& x) {
             for (std::size_t i = 0; unloaded && i < m; ++i) states_[i].f0.setZero();
             return follow(x);
         });

@@ -10,15 +10,15 @@
 namespace touchstone {
 
 /// The forces are f = P(w) with w = f⁰ - ρ (s, u) and P the projection onto the cone. Newton's method finds the pose at
-/// which they balance the springs, and each step corrects f⁰, until w and the law agree. The unknowns are the pose and
+/// which they balance the springs. Each step also corrects f⁰, until w and the law agree. The unknowns are the pose and
 /// not the forces, so redundant contacts do no harm. Only contacts that carry force or are crossed take part.
 ///
-/// If the steps circle, f⁰ is held while the pose is sought, then replaced by its forces, and so on, with ρ that grows.
+/// If the steps circle, rounds follow: the pose is found with f⁰ held, its forces become f⁰, and ρ grows.
 ///
-/// If that circles as well, the answers are followed as ρ grows from nothing, with corners of the law rounded less and
-/// less (FrictionStage::Path), and once more without f⁰. Where gaps are >= 0 and slip begins here, contacts resist
-/// every increment, so that the path stays bounded; else, and in corners that the budget does not reach, there may be
-/// no answer, and the nearest to the law is returned.
+/// If that circles as well, continuation follows the answers as ρ grows from nothing, with corners of the law rounded
+/// less and less, and once more without f⁰. If gaps are >= 0 and slip begins here, contacts resist every increment, so
+/// the path stays bounded. Else, or if the evaluations are spent first, there may be no answer, and the nearest to the
+/// law is returned.
 ///
 /// Real time: the constructor takes all memory; no function allocates, locks or throws; a solve evaluates the forces
 /// about kMostEvaluations times at most. Source: Alart and Curnier 1991, condensed to the pose.
@@ -46,8 +46,8 @@ class ConeNewton final : public FrictionSolver {
         bool takesPart;
         bool slid;  ///< f⁰ was at the edge of its cone when Newton's steps began
     };
-    enum class Pieces {
-        Start,   ///< what pushes or did before slides if it did, and else sticks until it is released
+    enum class Modes {
+        Start,   ///< what pushes now or before keeps its mode: it slides if it slid, and sticks otherwise
         Newton,  ///< by the law; with derivatives for steps that correct f⁰ as well
         Held,    ///< likewise, but a contact that slid one way does not slide back
         ByLaw,   ///< rounded by rounding_
@@ -58,7 +58,7 @@ class ConeNewton final : public FrictionSolver {
     };
 
     void begin(const FrictionProblem& problem);
-    Vec6 evaluate(const Vec6& x, Pieces pieces);
+    Vec6 evaluate(const Vec6& x, Modes modes);
     Steps solveFor(const Vec6& first, const Vec6& second);
     bool addCrossed(const Vec6& x);
     double errorAt(const Vec6& x) const;
@@ -83,7 +83,7 @@ class ConeNewton final : public FrictionSolver {
     std::array<simd::Double8, 6> derivative_;  ///< of the imbalance by x: its rows
     Vec6 push_;                                ///< -∂imbalance/∂log ρ, if rounded
     double change_ = 0;                        ///< greatest |f - f⁰|, N
-    bool changed_ = false;                     ///< a contact has another piece than before
+    bool changed_ = false;                     ///< a contact changed its mode
 };
 
 }  // namespace touchstone

@@ -55,7 +55,7 @@ enum class FrictionStatus : std::uint8_t {
 
 /// What found an answer, or was the last to seek it: None without friction, Newton also for a solver that has no
 /// stages.
-enum class FrictionStage : std::uint8_t { None, Newton, Rounds, Path };
+enum class FrictionStage : std::uint8_t { None, Newton, Rounds, Continuation };
 
 struct FrictionResult {
     FrictionStatus status = FrictionStatus::None;

@@ -52,7 +52,7 @@ void printFigures(const sandbox::Report& report) {
     if (friction.sticking + friction.sliding + friction.held > 0)
         std::printf(
             "  friction by %s, shadow %s: %llu ticks stick, %llu slide; %llu soft, %llu held, %llu replaced\n"
-            "    solved by Newton's steps in %llu ticks, by rounds in %llu, by a path in %llu\n",
+            "    solved by Newton's steps in %llu ticks, by rounds in %llu, by continuation in %llu\n",
             report.frictionSolver.c_str(), report.frictionShadow.c_str(),
             static_cast<unsigned long long>(friction.sticking), static_cast<unsigned long long>(friction.sliding),
             static_cast<unsigned long long>(friction.soft), static_cast<unsigned long long>(friction.held),

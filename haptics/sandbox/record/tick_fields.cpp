@@ -113,7 +113,7 @@ constexpr TickField kFields[] = {
     {"kkt_complementarity_mJ", [](T t) -> R { return &t.record.kkt.complementarity_mJ; }, true,
      "KKT residual: complementarity, force times gap"},
     {"friction_stage", [](T t) -> R { return &t.record.frictionStage; }, true,
-     "what the hardest solve with friction took: 1 Newton's steps, 2 rounds, 3 a path; 0 without friction"},
+     "what the hardest solve with friction took: 1 Newton's steps, 2 rounds, 3 continuation; 0 without friction"},
     {"sticking", [](T t) -> R { return &t.record.sticking; }, true, "loaded contacts with friction that stick"},
     {"sliding", [](T t) -> R { return &t.record.sliding; }, true, "loaded contacts with friction that slide"},
     {"slip_mm", [](T t) -> R { return &t.record.slip; }, true, "greatest slip of a loaded contact in the tick"},
