@@ -319,9 +319,10 @@ void Shells::measure(int s, std::span<const Gap> gaps) {
     shell.lastCap = static_cast<int>(caps_.size());
 }
 
-// Closes the holes that one flat or smooth cap completes, and returns the gaps of the others. `opening`: one of the
-// caps is that of a wide opening.
+// Closes the holes that one flat or smooth cap completes, and returns the gaps of the others. Sets `opening` if a cap
+// closes a wide opening.
 std::vector<Shells::Gap> Shells::closeHoles(std::span<const Gap> gaps, double area, bool& opening) {
+    // The edges of the rims, each with the normal of its face.
     const auto runs = [](const Gap& g) { return g.rises ? std::pair(g.high, g.low) : std::pair(g.low, g.high); };
     std::vector<RimEdge> edges;
     for (const Gap& g : gaps) {
@@ -335,6 +336,7 @@ std::vector<Shells::Gap> Shells::closeHoles(std::span<const Gap> gaps, double ar
         MeshCap cap;
         bool opening, crossed = false;
     };
+    // A cap for each hole, if its shape and size allow one.
     std::vector<Found> found;
     double openings = 0;
     int count = 0;
@@ -354,7 +356,7 @@ std::vector<Shells::Gap> Shells::closeHoles(std::span<const Gap> gaps, double ar
     const bool wide = openings > kSmallHoles * area;
     if (count > 1 && wide) std::erase_if(found, [](const Found& f) { return f.opening; });
 
-    // A cap that crosses another face closes nothing.
+    // Find the caps that cross another face: they close nothing.
     std::vector<Corners> near;
     std::vector<Box> boxes;
     for (const Found& f : found) {
@@ -373,6 +375,7 @@ std::vector<Shells::Gap> Shells::closeHoles(std::span<const Gap> gaps, double ar
         if (anyMeeting(tree, ordered, box, [](int) { return true; })) near.push_back(c);
     }
     const std::vector<char> crossed = crossedFaces(vertices_, near, pulse_);
+    // Add the other caps, and note the edges that they close.
     std::multimap<std::pair<int, int>, char> closed;
     std::size_t next = 0;
     for (Found& f : found) {
@@ -388,6 +391,7 @@ std::vector<Shells::Gap> Shells::closeHoles(std::span<const Gap> gaps, double ar
         caps_.insert(caps_.end(), f.cap.faces.begin(), f.cap.faces.end());
         closedHoles_.push_back({box.center(), (box.hi - box.lo).norm(), int(f.cap.faces.size())});
     }
+    // The gaps that stay open.
     std::vector<Gap> left;
     for (const Gap& g : gaps) {
         const auto it = closed.find(runs(g));
@@ -446,6 +450,7 @@ void Shells::nest() {
         closed.push_back(s);
         if (shells_[s].volume < 0) flip(s);
     }
+    // Without an opposed pair there is no cavity.
     const auto inward = [&](int s) { return shells_[s].volume < 0; };
     if (std::all_of(closed.begin(), closed.end(), inward) || std::none_of(closed.begin(), closed.end(), inward)) return;
     std::sort(closed.begin(), closed.end(), [&](int a, int b) {
@@ -456,6 +461,7 @@ void Shells::nest() {
     for (const int s : closed) boxes.push_back(shells_[s].box);
     const BoxTree tree(boxes);
     const std::vector<Box> ordered = inOrder(tree.order(), boxes);
+    // Whether a shell contains another: the winding number at each of its faces says so.
     std::map<int, TriangleBvh> fields;
     const auto contains = [&](int outer, int inner) {
         auto it = fields.find(outer);
@@ -471,6 +477,7 @@ void Shells::nest() {
             return it->second.windingNumber(vertices_[cornersOf(f)[0]]) >= 0.5;
         });
     };
+    // For each shell, the larger ones whose boxes contain its box.
     std::vector<int> cavities, around;
     for (int i = 1; i < static_cast<int>(closed.size()); ++i) {
         around.clear();

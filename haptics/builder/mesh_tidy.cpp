@@ -58,6 +58,7 @@ Tidied withoutSheets(const TriangleMesh& mesh, const std::vector<int>& placeOf, 
 std::optional<Tidied> withoutFar(const TriangleMesh& mesh, TriangleMesh& far) {
     const std::size_t count = mesh.triangles.size(), half = count / 2;
     if (count < 3) return {};
+    // The median of the triangles in each axis, and the distances of each triangle from it.
     Vec3 middle;
     std::vector<double> values(count);
     for (int axis = 0; axis < 3; ++axis) {
@@ -81,17 +82,19 @@ std::optional<Tidied> withoutFar(const TriangleMesh& mesh, TriangleMesh& far) {
     const auto nearer = [](const Reach& a, const Reach& b) {
         return a.nearest < b.nearest || (a.nearest == b.nearest && a.triangle < b.triangle);
     };
-    // All that is far is beyond the nearer half: without a triangle that far away nothing is sorted.
+    // Whatever is far lies beyond the nearer half. If no triangle is that far away, nothing needs to be sorted.
     std::nth_element(order.begin(), order.begin() + std::ptrdiff_t(half), order.end(), nearer);
     double reach = 0;
     for (std::size_t i = 0; i <= half; ++i) reach = std::max(reach, order[i].farthest);
     if (std::none_of(order.begin(), order.end(), [&](const Reach& r) { return r.nearest > kFar * reach; })) return {};
+    // Go outward until the next triangle is too far from all before it.
     std::sort(order.begin() + std::ptrdiff_t(half), order.end(), nearer);
     std::size_t first = half + 1;
     for (; first < count && order[first].nearest <= kFar * reach; ++first)
         reach = std::max(reach, order[first].farthest);
     if (first == count) return {};
 
+    // Separate the rest, unless it is a large part of the area.
     std::vector<char> isFar(count, 0);
     for (std::size_t i = first; i < count; ++i) isFar[order[i].triangle] = 1;
     Tidied out{{mesh.vertices, {}, mesh.grid}, {}};

@@ -289,6 +289,7 @@ bool splitAtSeams(WeldedMesh& mesh, double tolerance, Pulse& pulse) {
         double along;
         int vertex;
     };
+    // Find vertices of the rim that lie on an open edge.
     std::vector<Junction> junctions;
     double farthest = 0;
     {
@@ -317,6 +318,7 @@ bool splitAtSeams(WeldedMesh& mesh, double tolerance, Pulse& pulse) {
     std::sort(junctions.begin(), junctions.end(), [](const Junction& a, const Junction& b) {
         return std::tie(a.use, a.along, a.vertex) < std::tie(b.use, b.along, b.vertex);
     });
+    // Split each face at those on its three edges, in the order along the edge.
     std::vector<int> vertices;
     for (const Junction& j : junctions) vertices.push_back(j.vertex);
     std::vector<Corners> faces;

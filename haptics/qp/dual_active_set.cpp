@@ -102,8 +102,8 @@ DualActiveSet::Plane DualActiveSet::plane(int row) const {
     return p;
 }
 
-/// The first scan of a problem also measures the rows' lengths and the depth of h. `least` is NaN if a row is not
-/// finite.
+/// Finds the row that z violates most. The first scan of a problem also measures the rows' lengths and the depth of h.
+/// `least` is NaN if a row is not finite.
 template <bool first>
 DualActiveSet::Scan DualActiveSet::scan() {
     const RowSet& rows = *problem_->rows;
@@ -115,6 +115,7 @@ DualActiveSet::Scan DualActiveSet::scan() {
     simd::Double8 least = simd::splat(kInfinity), gap = least, depth{}, finite{}, where{};
     simd::Long8 unsatisfiable{};
     for (int i = 0; i < m_; i += 8) {
+        // s = J x + g of eight rows.
         const simd::Double8 g = simd::load(rows.gap() + i);
         simd::Double8 j[6];
         simd::Double8 s = g;
@@ -125,6 +126,7 @@ DualActiveSet::Scan DualActiveSet::scan() {
         }
         simd::Double8 inverse;
         if constexpr (first) {
+            // Their lengths in the metric of G, and d = J h + g.
             simd::Double8 length2{}, d = g;
 #pragma GCC unroll 6
             for (int k = 0; k < 6; ++k) {
@@ -141,6 +143,7 @@ DualActiveSet::Scan DualActiveSet::scan() {
         } else {
             inverse = simd::load(inverseLengths_.data() + i);
         }
+        // The violation on unit rows, and the least of each lane.
         gap = simd::min(s, gap);
         s = simd::fma(s, inverse, simd::splat(slack));
         const simd::Long8 lower = simd::less(s, least);
@@ -154,6 +157,7 @@ DualActiveSet::Scan DualActiveSet::scan() {
         unsatisfiable_ = false;
         for (int lane = 0; lane < 8; ++lane) unsatisfiable_ |= unsatisfiable[lane] != 0;
     }
+    // The least of the lanes.
     Scan result;
     result.gap = simd::least(gap);
     for (int lane = 0; lane < 8; ++lane) {
@@ -222,9 +226,10 @@ Outcome DualActiveSet::pivot(int limit) {
         if (worst.least >= -accepted * (1 + depth_) || holds(worst.row)) return Outcome::Optimal;
         if (pivots_ >= limit) return Outcome::PivotCap;
 
+        // Step toward the plane of the worst row. Each step but the last drops an active row.
         const Plane p = plane(worst.row);
-        double force = 0;                        // of the entering row
-        for (bool entered = false; !entered;) {  // steps toward its plane; each step but the last drops an active row
+        double force = 0;  // of the entering row
+        for (bool entered = false; !entered;) {
             ++pivots_;
             const ActiveBasis::Split split = basis_.split(p.n);
             // The part across the active rows is a difference, so its error is the last bits of what was subtracted.
@@ -234,9 +239,10 @@ Outcome DualActiveSet::pivot(int limit) {
             const double violation = -simd::sum(p.n * z_) - p.d;
             const double full = dependent ? kInfinity : violation / split.across2;
 
+            // How far the force can grow before an active row would pull.
             const double largest = simd::largest(simd::abs(split.weights));
             const double noise = kSmallestWeight * std::max(1.0, largest);
-            double partial = kInfinity;  // the step at which an active row would start to pull
+            double partial = kInfinity;
             int blocking = -1;
             for (int j = 0; j < basis_.size(); ++j) {
                 if (split.weights[j] <= noise) continue;
@@ -246,6 +252,8 @@ Outcome DualActiveSet::pivot(int limit) {
                     blocking = j;
                 }
             }
+            // A row in the span of the active ones contradicts them if none can leave, or is violated by rounding
+            // alone.
             if (dependent) {
                 if (blocking < 0 && violation > kNearlyFeasible * (1 + depth_)) return Outcome::Contradiction;
                 const bool rounding =
@@ -255,6 +263,7 @@ Outcome DualActiveSet::pivot(int limit) {
                     return Outcome::Optimal;
                 }
             }
+            // Reach the plane, or drop the row that blocks.
             if (full <= partial) {
                 rows_[basis_.size()] = worst.row;
                 basis_.append(p.n, p.d, split);
@@ -291,6 +300,7 @@ bool DualActiveSet::refine() {
             step[k] = (long double)inverseRoot_[k] * z_[k];
             imbalance[k] = problem_->stiffness[k] * step[k];
         }
+        // Residuals of the active rows' equations, and their part of the imbalance.
         long double forces = 0;
         double pull = 0;
         simd::Double8 residuals{}, rest{};
@@ -319,6 +329,7 @@ bool DualActiveSet::refine() {
             return std::max({simd::largest(simd::abs(residuals)), simd::largest(simd::abs(rest)), pull}) <
                    kSettled * scale;
         }
+        // Correct forces and z by the factorized system.
         simd::Double8 du, dz;
         basis_.correct(residuals, rest, du, dz);
         forces_ += du;

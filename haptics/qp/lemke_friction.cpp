@@ -62,12 +62,13 @@ LemkeFriction::LemkeFriction(int capacity, int facets)
     forces_.resize(std::size_t(capacity));
 }
 
-/// w = M z + q + z0, with f_n, β and λ of each contact side by side.
+/// Fills the tableau with w = M z + q + z0. The unknowns of each contact are f_n, a force β along each facet and λ.
 void LemkeFriction::fill(const FrictionProblem& problem) {
     const int m = int(problem.contacts.size()), block = facets_ + 2;
     n_ = m * block;
     unit_ = problem.stiffness.head<3>().mean();
     std::fill_n(tableau_.begin(), std::size_t(n_) * std::size_t(n_ + 2), 0.0);
+    // q, the wrench of one newton along each direction, and the rows Σ β <= µ f_n with their λ.
     for (int i = 0; i < m; ++i) {
         const FrictionContact& c = problem.contacts[std::size_t(i)];
         const Facets facets(c.n, facets_);
@@ -84,12 +85,14 @@ void LemkeFriction::fill(const FrictionProblem& problem) {
             limit[i * block + k] = -1;
         }
     }
+    // The motion along each direction that a force along any other causes.
     for (int i = 0; i < m * (facets_ + 1); ++i) {
         const Vec6 motion = unit_ * wrenches_[std::size_t(i)].cwiseQuotient(problem.stiffness);
         const int column = i / (facets_ + 1) * block + i % (facets_ + 1);
         for (int j = 0; j < m * (facets_ + 1); ++j)
             row(j / (facets_ + 1) * block + j % (facets_ + 1))[column] = wrenches_[std::size_t(j)].dot(motion);
     }
+    // The column of z0, and the first basis: all w.
     for (int i = 0; i < n_; ++i) {
         row(i)[n_] = 1;
         basic_[std::size_t(i)] = i, place_[std::size_t(i)] = i;
@@ -126,6 +129,7 @@ int LemkeFriction::leavingRow(int column) const {
     return best;
 }
 
+/// Exchanges the basic variable of a row for the nonbasic one of a column.
 void LemkeFriction::pivot(int leaving, int column) {
     const int width = n_ + 2;
     double* const p = row(leaving);
@@ -144,7 +148,8 @@ void LemkeFriction::pivot(int leaving, int column) {
     place_[std::size_t(nonbasic_[std::size_t(column)])] = n_ + column;
 }
 
-/// Lemke's path from z = 0. Returns whether z0 fell to zero.
+/// Lemke's path from z = 0: z0 enters first, and then always the complement of what left. Returns whether z0 fell to
+/// zero.
 bool LemkeFriction::follow(int& pivots) {
     int leaving = -1;
     for (int i = 0; i < n_; ++i)  // the last of equal rows is the least in the order of ε
@@ -174,12 +179,13 @@ FrictionResult LemkeFriction::solve(const FrictionProblem& problem, const Vec6& 
     fill(problem);
     if (!follow(result.iterations)) return result;
 
+    // The forces, and how far any is beyond its pyramid.
     const auto valueOf = [&](int unknown) {
         const int place = place_[std::size_t(n_ + unknown)];
         return place >= n_ ? 0 : unit_ * std::max(0.0, row(place)[n_ + 1]);
     };
     Vec6 wrench = Vec6::Zero();
-    double beyond = 0;  // of the largest tangential force beyond its pyramid
+    double beyond = 0;
     for (std::size_t i = 0; i < m; ++i) {
         double room = 0;
         for (int k = 0; k <= facets_; ++k) {
@@ -191,6 +197,7 @@ FrictionResult LemkeFriction::solve(const FrictionProblem& problem, const Vec6& 
         }
         beyond = std::max(beyond, -room);
     }
+    // The pose, which must not overlap.
     const Vec6 x = problem.wanted + wrench.cwiseQuotient(problem.stiffness);
     for (const FrictionContact& c : problem.contacts) beyond = std::max(beyond, -unit_ * c.distance(x));
     if (beyond > kAccepted * unit_) {

@@ -54,6 +54,7 @@ GapMap gapMap(const Surface& part, std::span<const PlacedSurface> others, double
     };
     for (std::size_t i = 0; i < map.points.size(); ++i) gaps.push_back(gapAt(map.points[i], wanted[i]));
 
+    // Cut the longest sides of patches that may come within the limit.
     std::priority_queue<Side> sides;
     const auto offer = [&](int patch) {
         const Side side = longestSide(patch);

@@ -152,17 +152,18 @@ std::string goalDoubt(const World& world, const GoalRegion& goal) {
 }
 
 ThreadPhase threadPhase(const World& world, const GoalRegion& goal) {
-    // Above the seat, on which the tool rests. `hand`: 1 as the lead says, -1 the other way.
+    // The tool's pose after this many leads out of its seat. `hand`: 1 as the lead says, -1 the other way.
     const auto screwed = [&](double leads, double turn, double hand = 1) {
         return goal.X_WT * Pose{{0, leads * std::abs(goal.lead), 0}, Quat::Identity()} *
                aboutY(turn + std::copysign(kTurn, goal.lead) * (kSeat + hand * (leads - kSeat)));
     };
+    // The turn at which the threads are free of each other just above the seat.
     const auto found = nearestFreeTurn([&](double turn) { return isFree(world, screwed(kSeat, turn)); });
     if (found && found->play >= kTurn / 2)
         return {{}, 1, "at its goal the tool turns freely, so its thread does not engage: check where the goal is"};
     FreeTurn phase = found.value_or(FreeTurn{});
     double least = 0;
-    if (!found) {  // threads without clearance: where they overlap least
+    if (!found) {  // threads without clearance: search for the turn at which they overlap least
         const auto depth = [&](double turn) {
             return -partGap(world, screwed(kSeat, turn), 1e30, Overlaps::Estimated).gap;
         };
@@ -181,6 +182,7 @@ ThreadPhase threadPhase(const World& world, const GoalRegion& goal) {
                 engine::formatted("the threads overlap by %.3f mm at every turn: check that the parts are on one axis, "
                                   "and the place of the goal",
                                   least)};
+    // Count the starts, and test whether the tool comes out with this lead or with the opposite one.
     const auto inPhase = [&](const Pose& X_WT) {
         return found ? isFree(world, X_WT)
                      : -partGap(world, X_WT, 1e30, Overlaps::Estimated).gap < 2 * kPressed * std::abs(goal.lead);
