@@ -103,9 +103,9 @@ std::string renderingSentence() {
     settings.solver = "pqp-gpu";
     const bool fits = keepRoundTripsInTick(settings).empty();
     return engine::formatted(
-        "One problem of 300 rows takes %.0f µs there and back and %.1f µs for each update, so that a window at 1 kHz "
-        "%s with "
-        "it.\n\n",
+        "One problem of 300 rows takes %.0f µs to the card and back, and %.1f µs more for each update, so a window at "
+        "1 kHz "
+        "%s with it.\n\n",
         trip.us, trip.updateUs, fits ? "renders" : "does not render");
 }
 
@@ -127,21 +127,18 @@ void writeGpuPage(const std::filesystem::path& out, const std::vector<QpCost>& t
         ". Processor: " + build["machine"]["processor"].get<std::string>() + ", " +
         std::to_string(table.front()["cores"].get<int>()) + " cores. Every problem gets " + std::to_string(kUpdates) +
         " updates, on the card in single precision and on the processor by the same form of PQP; *exact* is the exact "
-        "solver "
-        "on one core. *Upload* has the rounding of the rows, and *download* the answers from the forces, which all "
+        "solver on one core. *Upload* includes the rounding of the rows; *download* includes the answers that all "
         "cores "
-        "compute. *Dispatch* ends when the driver has taken the commands, which a rasterizer does by solving. "
-        "Batches that "
-        "would take more than " +
+        "compute from the forces. *Dispatch* ends when the driver has taken the commands. Batches that would take more "
+        "than " +
         shortNumber(kLongest) + " s on the card are left out.\n\n" + renderingSentence() +
-        "Asked: at 1,000 rows and 1,000 problems at least 20 times the problems of one core. " +
+        "Goal: at 1,000 rows and 1,000 problems at least 20 times the problems of one core. " +
         (asked.empty() ? "Not measured." : (software ? "Not measured on a card; here " : "Measured: ") + asked + ".") +
         "\n";
     if (software)
         page +=
             "\n**This is no graphics card**: llvmpipe, Mesa's rasterizer, computes on the processor. The table shows "
-            "that the "
-            "way works, not what a card gains; run the command on a machine with a card.\n";
+            "that it works, not what a card gains; run the command on a machine with a card.\n";
     for (const Figure& figure : figures) page += "\n![" + figure.caption + "](" + name + "/" + figure.name + ".svg)\n";
     page +=
         "\n| rows | problems | form | upload, ms | dispatch, ms | solve, ms | download, ms | card: problems/s | one "
