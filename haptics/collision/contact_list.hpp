@@ -109,7 +109,7 @@ class ContactList {
         offered_ = entries && entries->ofFeatures == ofFeatures() ? entries : nullptr;
     }
 
-    /// Of the pairs with gap <= margin before a step: those that the step may cross or that may touch at its end.
+    /// The pairs with gap <= margin before a step that the step may cross or that may touch at its end.
     virtual Coverage crossing(const Course& step, double margin) const = 0;
 
     /// Appends a row (n, r x n), gap for every pair with gap <= margin, ordered by identity. n points from the
@@ -121,7 +121,7 @@ class ContactList {
     /// Appends only the pair with the smallest gap of each tool leaf, as long as rows fit. Returns the number of all
     /// pairs within the margin.
     virtual int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const = 0;
-    /// Of the pairs with gap <= margin: appends rows that `by` crosses by more than rounding to `crossed`. It appends
+    /// Appends to `crossed` the rows of pairs with gap <= margin that `by` crosses by more than rounding. It appends
     /// those that are crossed furthest, and none only if none is crossed. Pairs of leaves that have a row in `rows` are
     /// left out. The row of a pair of features is that of this step, so the one in `rows` is replaced; `before` is
     /// where the step begins for them, which differs from X_OT if the obstacle has moved. Pre: as for the other
@@ -129,7 +129,7 @@ class ContactList {
     virtual Crossed appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin,
                                   const Crossing& by, RowSet& rows, RowSet& crossed) = 0;
     /// The same for some pairs of features alone, by identity; those of other obstacles are passed over. Has no
-    /// precondition. Of leaves it appends none, since near ones have rows.
+    /// precondition. It appends none of leaves, since near ones have rows.
     virtual Crossed appendCrossedOf(std::span<const std::uint64_t> /*pairs*/, const Pose& /*X_OT*/,
                                     const Pose& /*before*/, const Mat3& /*R_WO*/, const Crossing& /*by*/,
                                     RowSet& /*rows*/, RowSet& /*crossed*/) {

@@ -75,7 +75,7 @@ void cutAlong(std::span<Placed> leaves, std::size_t left, const Vec3& direction)
 }
 
 /// Bisects down to blocks of eight. Each cut is a multiple of the largest 8^k below the count, so every block except
-/// the last of its level is full. Of the cut directions the one with the lowest cost is taken.
+/// the last of its level is full. The cut direction with the lowest cost is taken.
 void order(std::span<Placed> leaves) {
     const std::size_t n = leaves.size();
     if (n <= SphereTree::kBranching) return;

@@ -34,7 +34,7 @@ struct TreeCertificate {
 struct TreeLevel {
     int count = 0;                    ///< blocks without the padding
     AlignedVector<float> x, y, z, r;  ///< a sphere that contains the block's leaf spheres
-    /// A rounded box that contains them, too: lo to hi, grown by `round`, the smallest radius of the block's leaves.
+    /// A rounded box that also contains them: lo to hi, grown by `round`, the smallest radius of the block's leaves.
     AlignedVector<float> lo[3], hi[3], round;
 
     /// A mask of those of the eight positions from `first` that are blocks, lane 0 lowest. Pre: 0 <= first < count.

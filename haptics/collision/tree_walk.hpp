@@ -42,7 +42,7 @@ struct Within {
     double margin = -1;  ///< mm; negative: no pairs
     double curve = 0;    ///< mm²
     double most = -1;    ///< upper bound on the gap, mm
-    /// Of features: the largest turn of a step that they serve, rad. Their normals turn with the tool, so that a pair
+    /// For features: the largest turn of a step that they serve, rad. Their normals turn with the tool, so that a pair
     /// which cannot oppose each other now may do so in a step.
     double turn = std::numeric_limits<double>::infinity();
 

@@ -68,7 +68,7 @@ class DefaultTick final {
     /// Maximum rotation of a step between meshes, rad: with it no point is farther than a quarter of the distance that
     /// is kept from the straight way on which its feature is tested.
     double maxTurn() const { return std::sqrt(settings_.contactDistance / state_.reach); }
-    /// Of the springs between the device and the tool at this pose, mJ.
+    /// Energy of the springs between the device and the tool at this pose, mJ.
     double energyAt(const Pose& pose) const {
         const Vec6 x = incrementBetween(pose, device_);
         return x.dot(tick_.stiffness().cwiseProduct(x)) / 2;

@@ -18,13 +18,13 @@ bool startsInside(const World& world, const Pose& X_WT, std::span<const Pose> X_
 
 /// The true smallest gap of tool and obstacles at X_WT, mm, negative if they overlap, but at most `atMost`. It is found
 /// by branch and bound over the trees and independently of the tick, so that reports and tests can judge the tick by
-/// it. Of meshes that overlap: overlapDepth(). X_WO: poses of the obstacles, if they differ from the
+/// it. For meshes that overlap: overlapDepth(). X_WO: poses of the obstacles, if they differ from the
 /// world's.
 double trueClearance(const World& world, const Pose& X_WT, double atMost = 1e30, std::span<const Pose> X_WO = {},
                      Geometry geometry = Geometry::Spheres);
 
-/// Measures only the deepest overlap, for callers that need it at every tick. Of spheres: max(0, -trueClearance), equal
-/// to the last bit, in a fraction of the time where surfaces conform. Of meshes: 0 unless they overlap, and then
+/// Measures only the deepest overlap, for callers that need it at every tick. For spheres: max(0, -trueClearance),
+/// equal to the last bit, in a fraction of the time where surfaces conform. For meshes: 0 unless they overlap, and then
 /// overlapDepth(); all triangles are tested. It does not use the tick's lists. Only the constructor allocates.
 class PenetrationMeter {
   public:

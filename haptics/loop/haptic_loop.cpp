@@ -212,7 +212,7 @@ void HapticLoop::Impl::watch(const std::stop_token& stop) {
         const std::lock_guard lock(freeing_);
         Device* const device = engaged_.load();
         if (!device) continue;
-        // hung_ is set before the forces are released, so that a tick that resumes in between writes zero, too.
+        // hung_ is set before the forces are released, so that a tick that resumes in between also writes zero.
         hung_ = true;  // guard
         hangs_ = true;
         device->releaseForces();  // guard

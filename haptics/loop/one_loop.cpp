@@ -172,7 +172,7 @@ class OneLoop {
     int mostPressed_ = std::numeric_limits<int>::max();  ///< setting `linearisations`, of leaves
     int work_ = 0;                                       ///< see kWork
     bool flies_ = true;                                  ///< a flight is worth a search
-    /// Of an answer that leads out of leaves that overlap: the part that the step is, which has to resolve only that
+    /// For an answer that leads out of leaves that overlap: the part that the step is, which has to resolve only that
     /// part of an overlap; and the slack of all, mm, if the rows contradict each other.
     double share_ = 1, slack_ = 0;
     bool beside_ = false;   ///< what carries the tool stands beside its features

@@ -67,7 +67,7 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
     const TickRecord tried = std::exchange(tick.record, {});
     tick.record.tick = tried.tick;
     tick.record.flags = kObstacleHeld;
-    tick.record.collisionUs = tried.collisionUs;  // the refused attempt took time, too
+    tick.record.collisionUs = tried.collisionUs;  // the refused attempt also took time
     tick.record.solveUs = tried.solveUs;
     tick.record.shadowUs = tried.shadowUs;
     return advance(tick, device, wrench);

@@ -77,7 +77,7 @@ void TickDriver::restart() noexcept {
 }
 
 void TickDriver::beginSwitch() {
-    if (switching_) return;  // the present fade serves this change, too
+    if (switching_) return;  // the present fade also serves this change
     switching_ = true;
     settingsAfterSwitch_ = session_->settings;
     if (forceOut_)

@@ -52,7 +52,7 @@ TOUCHSTONE_INLINE Mask CrossingSieve::crosses(const Vec8& from, const Vec8& to, 
 }
 
 /// Those whose spokes all rise above the face with this normal, on the axes of their part before the step, up to the
-/// angle of the step, by which the normal turns, too.
+/// angle of the step, by which the normal also turns.
 TOUCHSTONE_INLINE Mask CrossingSieve::standing(Mask of, const Surface& part, const int* vertices,
                                                const Vec8& normals) const {
     const float least = -2 * turn_ - 1e-5f;
@@ -100,7 +100,7 @@ Mask CrossingSieve::edges(const int* edges, const int* others) const {
                meet(a0.z, a1.z, b0.z, b1.z, r0.z, r1.z);
     if (!toMask(may)) return 0;
     // As linesStayApart(). With points that are off by g, the arm w is by 2 g. The edges are the differences of points
-    // as they are stored, which are off by e in all, and u is by 11 roundings of its rotation, too. So their cross
+    // as they are stored, which are off by e in all, and u is also, by 11 roundings of its rotation. So their cross
     // product is off by e (|u| + |v|) and 16 roundings of |u| |v|, and the volume by |w| times that and 2 g |u| |v|,
     // its own rounding included.
     const Vec8 along = ours.second - ours.first, u0 = R0_ * along, u1 = R1_ * along, v = r1 - r0, w0 = a0 - r0,

@@ -20,7 +20,7 @@ class CrossingSieve {
     /// guard: bound on the error of a point in float, mm. inside: of the crossing.
     CrossingSieve(const Surface& tool, const Surface& obstacle, const Pose& before, const Pose& after, double turn,
                   double least, float guard, double inside);
-    /// Of eight pairs of a kind: those that the step may cross. ours, others: features of the tool and the obstacle.
+    /// Those of eight pairs of a kind that the step may cross. ours, others: features of the tool and the obstacle.
     simd::Mask test(PairKind kind, const int* ours, const int* others) const;
 
   private:

@@ -90,7 +90,7 @@ FeaturePairFinder::FeaturePairFinder(const Surface& tool, const Surface& obstacl
     placed_.resize(std::max(eights(tool.firstVertex), eights(tool.firstEdge)), {zero, zero});
     placedEdges_.resize(placed_.size(), {zero, {zero, zero}});
     resting_.resize(eights(obstacle.firstEdge), {{zero, zero}, zero, {zero, zero}});
-    // Of each height of the obstacle, a walk holds its nodes up to three times; where the tool is higher, those of the
+    // A walk holds the obstacle's nodes of each height up to three times; where the tool is higher, those of the
     // highest more often. Eight lanes may be written behind the last.
     std::size_t nodes = 8;
     for (int height = 0; !obstacle.tree.empty() && height <= obstacle.tree.height(); ++height)

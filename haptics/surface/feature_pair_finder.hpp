@@ -30,7 +30,7 @@ class FeaturePairFinder final : public PairFinder {
     double slack(double) const override { return 0.15; }
     float guard(const Pose& X_OT) const override;
     NearestPoints nearest(const Pose& X_OT, const PairEntry& pair) const;  ///< of a pair, in double
-    /// Of the entries of a coverage: calls visit(PairEntry) for all that the step of the tool between two poses may
+    /// Calls visit(PairEntry) for all entries of a coverage that the step of the tool between two poses may
     /// cross (CrossingSieve), until it returns false. Pre: the entries are complete for the coverage, whose course is
     /// the step. inside: of the crossing.
     template <class Visit>
@@ -56,7 +56,7 @@ class FeaturePairFinder final : public PairFinder {
     }
 
   private:
-    /// Of up to eight pairs of one kind: features, those that are near, gaps and separations.
+    /// Up to eight pairs of one kind: features, those that are near, gaps and separations.
     using ErasedVisit = bool (*)(void*, PairKind, const int* ours, const int* others, simd::Mask near,
                                  const simd::Float8& gaps, const Separation8&);
     using ErasedCrossing = bool (*)(void*, const PairEntry&);

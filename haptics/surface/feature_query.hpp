@@ -48,7 +48,7 @@ struct FeaturePairFinder::Query {
         const Vec8 wide = Eigen::Vector3f(Eigen::Vector3f::Constant(margin));
         return {min(from, to) - wide, max(from, to) + wide};
     }
-    /// Of eight pairs for which a direction bounds their distances on the course: those that have no such bound. A
+    /// Those of eight pairs whose distances on the course no direction bounds. A
     /// course that is expected may lead one part through the other, and behind it the way between them points back.
     simd::Int8 through(const Float8& bounds) const { return quick ? bounds <= 0.0f : simd::lanes() < 0; }
     /// n, or where `atStart` is set the direction of the way at the start of the course.
@@ -56,7 +56,7 @@ struct FeaturePairFinder::Query {
     TOUCHSTONE_INLINE static Vec8 orAtStart(const Vec8& n, const simd::Int8& atStart, At&& at) {
         return simd::toMask(atStart) ? choose(atStart, direction(at(0.0f)), n) : n;
     }
-    /// Of eight pairs of a kind: the gaps, and the directions along which they are apart.
+    /// For eight pairs of a kind: the gaps, and the directions along which they are apart.
     Float8 measure(PairKind kind, const int* ours, const int* others, Separation8& apart) const;
     Float8 vertexFaces(const Vec8& vertices, const FaceLanes& faces, Separation8& apart) const;
     Float8 facesVertex(const FaceLanes& faces, const Vec8& vertices, Separation8& apart) const;

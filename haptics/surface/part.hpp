@@ -19,7 +19,7 @@ struct Friction {
     friend bool operator==(const Friction&, const Friction&) = default;
 };
 
-/// How the coefficients of two materials make those of the pair. Of two rules the earlier one counts.
+/// How the coefficients of two materials make those of the pair. The earlier one of two rules counts.
 enum class FrictionRule : std::uint8_t { Average, Minimum, Maximum, Multiply };
 
 /// What a part contributes to the friction of its pairs.

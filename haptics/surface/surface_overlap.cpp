@@ -94,7 +94,7 @@ class FaceIntersection {
     }
 
     static Mask first(int count) { return (1u << count) - 1; }
-    /// Of eight faces: those whose corners have these heights above a plane and may meet it.
+    /// Those of eight faces whose corners have these heights above a plane and may meet it.
     Mask onBothSides(const Float8& a, const Float8& b, const Float8& c) const {
         const Float8 most = max(max(a, b), c), least = min(min(a, b), c);
         return toMask((most >= -boxes_.guard) & (least <= boxes_.guard));
@@ -177,7 +177,7 @@ struct DepthSearch {
         for (int k = 0; k < 3; ++k) {
             const Vec3 &a = placed[k], &b = placed[(k + 1) % 3];
             test(a);
-            // Of an edge that passes through, the middle of the first way in and the last way out.
+            // For an edge that passes through: the middle of the first way in and the last way out.
             const auto in = firstHit(outer, a, b - a), out = firstHit(outer, b, a - b);
             const double length = (b - a).norm();
             if (in && out && (*in - a).norm() < length && (*out - b).norm() < length) test((*in + *out) / 2);
@@ -191,7 +191,7 @@ struct DepthSearch {
                 found = {k, length};
         return found;
     }
-    /// Of a face whose border is nowhere deep: one that passes through flush with others, or is larger than the
+    /// For a face whose border is nowhere deep: one that passes through flush with others, or is larger than the
     /// overlap. Halves it along its longest side, until that is no longer than `least`.
     void testMiddle(const Triangle& face, double least) {
         const Vec3 center = (face[0] + face[1] + face[2]) / 3;
@@ -283,7 +283,7 @@ bool overlapsDeeper(const Surface& tool, const Surface& obstacle, const Pose& X_
 bool overlap(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {
     if (FaceIntersection(tool, obstacle, X_OT).run()) return true;
     // Surfaces that do not intersect: a part is inside the other with all of a shell, or outside. A point just below a
-    // face says so where all faces lie on the other's, too.
+    // face says so also where all faces lie on the other's.
     const auto anyShellInside = [](const Surface& inner, const Surface& outer, const Pose& X) {
         for (const int f : inner.shells) {
             const Triangle face = inner.features.triangle(f);
