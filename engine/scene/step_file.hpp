@@ -15,11 +15,12 @@ namespace touchstone::engine {
 bool isStepFile(const std::filesystem::path& file);
 
 struct StepOptions {
-    bool meshes = true;                   ///< else names, places and exact faces alone
-    std::optional<double> deviation;      ///< m, of triangles from surfaces; by default from the clearance of the parts
+    bool meshes = true;  ///< else names, places and exact faces alone
+    std::optional<double> deviation =
+        {};                               ///< m, of triangles from surfaces; by default from the clearance of the parts
     bool inStep = false;                  ///< facets of mating faces have the same or doubled counts; else coprime ones
     bool keepClearance = false;           ///< triangles of holes lie outside their surface, those of shafts inside
-    std::vector<std::string> only;        ///< names or paths of parts that need triangles; empty: all
+    std::vector<std::string> only = {};   ///< names or paths of parts that need triangles; empty: all
     int maxSeconds = 600;                 ///< after which reading is given up
     std::uint64_t maxBytes = 8ull << 30;  ///< of memory
 };

@@ -1,0 +1,30 @@
+#pragma once
+// Exact faces of solids as plain data.
+#include <BRepAdaptor_Surface.hxx>
+#include <TopoDS_Face.hxx>
+#include <TopoDS_Shape.hxx>
+#include <gp_Pnt.hxx>
+#include <vector>
+
+#include "engine/scene/cad_parts.hpp"
+
+namespace touchstone::step {
+
+/// In meters, of lengths in Open Cascade's millimeters.
+glm::dvec3 meters(const gp_XYZ& point);
+
+engine::CadFace describe(const TopoDS_Face& face);
+
+/// Distance of a point from the exact surface, near whose point of the parameters (u, v) it lies, mm.
+double distanceToSurface(const BRepAdaptor_Surface& surface, const gp_Pnt& point, double u, double v);
+
+constexpr double kLeastArea = 1e-15;  ///< m²: a square of 30 nm; a face with less is none
+
+/// The solids of a shape in one compound, each with its outside outside. Null, with a clause in `problem` that
+/// completes "the part ..." if there is none.
+TopoDS_Shape solidsOf(const TopoDS_Shape& shape, std::string& problem);
+
+/// All faces of the solids, in the order in which they are described and meshed.
+std::vector<TopoDS_Face> facesOf(const TopoDS_Shape& solids);
+
+}  // namespace touchstone::step
