@@ -3,12 +3,15 @@
 #include <BRepGProp.hxx>
 #include <GProp_GProps.hxx>
 #include <IFSelect_ReturnStatus.hxx>
+#include <Interface_InterfaceModel.hxx>
 #include <Interface_Static.hxx>
 #include <Message_ProgressIndicator.hxx>
 #include <Message_ProgressScope.hxx>
 #include <Quantity_Color.hxx>
 #include <STEPCAFControl_Reader.hxx>
 #include <Standard_Failure.hxx>
+#include <StepGeom_CartesianTransformationOperator3d.hxx>
+#include <StepGeom_Direction.hxx>
 #include <TColStd_SequenceOfAsciiString.hxx>
 #include <TDF_LabelSequence.hxx>
 #include <TDF_Tool.hxx>
@@ -20,8 +23,11 @@
 #include <XCAFDoc_DocumentTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 #include "tools/step/step_faces.hpp"
@@ -35,7 +41,8 @@ using engine::CadShape;
 namespace {
 
 constexpr std::size_t kMostParts = 100'000;
-constexpr int kDeepest = 100;  // levels of assemblies: files that contain themselves have no end
+constexpr double kLeastVolume = 1e-18;  // m³: a cube of 1 µm
+constexpr int kDeepest = 100;           // levels of assemblies: files that contain themselves have no end
 
 /// Passes Open Cascade's progress on.
 class Reported : public Message_ProgressIndicator {
@@ -166,6 +173,10 @@ class TreeReader {
             GProp_GProps volume;
             BRepGProp::VolumeProperties(solids, volume);
             shape.volume = volume.Mass() * kMetersPerUnit * kMetersPerUnit * kMetersPerUnit;
+            if (shape.volume < kLeastVolume) {
+                shape.problem = "encloses no volume: check its sizes in the CAD program, and export it again";
+                solids.Nullify();
+            }
         } catch (const Standard_Failure& failure) {
             solids.Nullify();
             shape.faces.clear();
@@ -214,6 +225,45 @@ void setUnit(CadAssembly& assembly, STEPCAFControl_Reader& reader) {
     assembly.unit = unit.empty() ? "mm" : unit;
 }
 
+/// The text of a file without its comments, within which Open Cascade misreads entities; empty if it has none.
+std::string withoutComments(const std::string& file) {
+    std::ifstream in(file, std::ios::binary);
+    std::string text((std::istreambuf_iterator<char>(in)), {});
+    if (text.find("/*") == text.npos) return {};
+    std::string rest;
+    rest.reserve(text.size());
+    bool quoted = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '\'') quoted = !quoted;
+        if (!quoted && text.compare(i, 2, "/*") == 0) {
+            const std::size_t end = text.find("*/", i + 2);
+            if (end == text.npos) break;
+            i = end + 1;
+            rest += ' ';
+        } else {
+            rest += text[i];
+        }
+    }
+    return rest;
+}
+
+/// The number of operators that mirror a part, which Open Cascade 7.6 takes for turns.
+int mirrors(STEPCAFControl_Reader& reader) {
+    int count = 0;
+    const Handle(Interface_InterfaceModel) model = reader.ChangeReader().Model();
+    for (int i = 1; i <= model->NbEntities(); ++i) {
+        const auto placed = Handle(StepGeom_CartesianTransformationOperator3d)::DownCast(model->Value(i));
+        if (placed.IsNull() || !placed->HasAxis1() || !placed->HasAxis2() || !placed->HasAxis3()) continue;
+        glm::dmat3 axes(1);
+        const Handle(StepGeom_Direction) given[]{placed->Axis1(), placed->Axis2(), placed->Axis3()};
+        for (int k = 0; k < 3; ++k)
+            for (int c = 0; c < 3 && c < given[k]->NbDirectionRatios(); ++c)
+                axes[k][c] = given[k]->DirectionRatiosValue(c + 1);
+        count += glm::determinant(axes) < 0;
+    }
+    return count;
+}
+
 }  // namespace
 
 StepContent readContent(const std::string& file, const Progress& progress) {
@@ -230,10 +280,16 @@ StepContent readContent(const std::string& file, const Progress& progress) {
     Interface_Static::SetCVal("xstep.cascade.unit", "MM");
     const std::string reading = "reading " + file.substr(file.rfind('/') + 1);
     progress(reading, 0);
-    if (reader.ReadFile(file.c_str()) != IFSelect_RetDone)
+    std::istringstream text(withoutComments(file));
+    if ((text.view().empty() ? reader.ReadFile(file.c_str()) : reader.ChangeReader().ReadStream(file.c_str(), text)) !=
+        IFSelect_RetDone)
         throw std::runtime_error(file +
                                  ": Open Cascade cannot read it as STEP, as it is malformed: export or copy it again");
     setUnit(content.assembly, reader);
+    if (const int count = mirrors(reader); count > 0)
+        content.assembly.notes.push_back("mirrors " + std::to_string(count) + (count == 1 ? " part" : " parts") +
+                                         " by an operator that Open Cascade takes for a turn: export mirrored parts as "
+                                         "solids of their own");
     progress(reading, 0.3);
     const Handle(Reported) reported = new Reported(progress, reading, 0.3, 1);
     if (reader.ChangeReader().NbRootsForTransfer() == 0 || !reader.Transfer(document, reported->Start()))
