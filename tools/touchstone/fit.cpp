@@ -1,6 +1,7 @@
 // touchstone fit: whether the tool fits where it should go, and which settings it needs.
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -30,10 +31,34 @@ ordered_json roomJson(const sandbox::HapticScene& scene, const sandbox::FitRoom&
             {"at_mm", {room.p_W.x(), room.p_W.y(), room.p_W.z()}}};
 }
 
+/// What the meshes of CAD parts keep of the clearance that was drawn, mm.
+struct DrawnFit {
+    double clearance = 0;  ///< between the surfaces
+    double taken = 0;      ///< of it, by the meshes at the goal; below 0 if they leave more
+    double deviation = 0;  ///< the greatest of triangles from surfaces, of any part
+};
+
+/// Nothing if the tool is not from a CAD file, or has no goal to be measured at.
+std::optional<DrawnFit> drawnFit(const sandbox::HapticScene& scene, const sandbox::FitCheck& fit) {
+    const auto cadOf = [&](engine::Entity node) -> const std::optional<sandbox::CadFit>& {
+        return scene.scene.registry.get<sandbox::BodyMarking>(node).cad;
+    };
+    const auto& tool = cadOf(scene.roles.tool);
+    if (!tool || !tool->clearance || !fit.goal) return {};
+    DrawnFit drawn{*tool->clearance, *tool->clearance - fit.goal->clearance, tool->deviation};
+    for (const engine::Entity obstacle : scene.roles.obstacles)
+        if (const auto& cad = cadOf(obstacle)) drawn.deviation = std::max(drawn.deviation, cad->deviation);
+    return drawn;
+}
+
 void printJson(const sandbox::HapticScene& scene, const sandbox::FitCheck& fit) {
     ordered_json json{{"scene", sandbox::sceneName(scene)}, {"fits", fit.fits()}, {"verdict", fit.verdict}};
     json["goal"] = fit.goal ? roomJson(scene, *fit.goal) : ordered_json();
     json["least"] = fit.least ? roomJson(scene, *fit.least) : ordered_json();
+    if (const auto drawn = drawnFit(scene, fit))
+        json["drawn"] = {{"clearance_mm", drawn->clearance},
+                         {"tessellation_took_mm", drawn->taken},
+                         {"deviation_mm", drawn->deviation}};
     const auto& [raised, turned] = fit.free;
     if (raised) json["fits_when"]["raised_mm"] = *raised;
     if (turned) json["fits_when"]["turned_rad"] = turned->turn;
@@ -57,6 +82,11 @@ void print(const sandbox::HapticScene& scene, const sandbox::FitCheck& fit) {
         room("least room", *fit.least);
         if (fit.goal) std::printf("  %-18s %9.1f mm before the goal\n", "there", fit.least->depth);
     }
+    if (const auto drawn = drawnFit(scene, fit))
+        std::printf(
+            "  %-18s %9.4f mm between the CAD surfaces; tessellation took %.4f mm of it at the goal, with "
+            "triangles within %.4f mm\n",
+            "as drawn", drawn->clearance, drawn->taken, drawn->deviation);
     std::printf("  %-18s %9.4f mm, %s\n", "taken from it", fit.error,
                 fit.spheres ? "by which the sphere trees protrude" : "the contact distance between meshes");
     if (fit.thread) std::printf("  thread: %s\n", sandbox::facetClause(*fit.thread).c_str());
@@ -88,7 +118,8 @@ constexpr const char* kFitFooter =
     "Measures the clearance between the meshes at the goal and on the way in, or along the demonstration where there\n"
     "is no goal: the largest that the tool finds by moving up to 1 mm (4 % of the reach of a smaller tool), and at\n"
     "the goal within its tolerance. A goal inside an obstacle is named, with the turn or the height at which the tool\n"
-    "fits. For a thread, how steeply its facets rise: where that is less than the lead, friction holds it sooner.\n\n"
+    "fits. Of parts from STEP files, also the clearance between their surfaces as drawn, and what tessellation took of "
+    "it. For a thread, how steeply its facets rise: where that is less than the lead, friction holds it sooner.\n\n"
     "Examples:\n"
     "  touchstone fit peg-h7                      0.01 mm, and what the contact distance leaves of it\n"
     "  touchstone fit spline-01 --geometry spheres  whether sphere trees are fine enough\n\n"

@@ -4,12 +4,14 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <set>
 #include <vector>
 
 #include "engine/edit/scene_scale.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/gltf_write.hpp"
 #include "engine/scene/mesh_file.hpp"
+#include "engine/scene/step_file.hpp"
 #include "haptics/files/output_file.hpp"
 #include "haptics/sandbox/measure/goal_check.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
@@ -18,6 +20,7 @@
 #include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/new_scene.hpp"
+#include "tools/touchstone/step_parts.hpp"
 #include "tools/touchstone/tree_parts.hpp"
 #include "tools/touchstone/trials.hpp"
 
@@ -27,8 +30,9 @@ namespace {
 namespace fs = std::filesystem;
 
 struct NewOptions {
-    fs::path tool, scene, output, study;
-    std::vector<fs::path> obstacles;
+    fs::path assembly, scene, output, study;
+    std::string tool;                    ///< a file; with an assembly, the name of a part
+    std::vector<std::string> obstacles;  ///< likewise
     std::string toolName;
     std::vector<std::string> obstacleNames;
     std::string unit = "mm", up = "y";
@@ -40,6 +44,7 @@ struct NewOptions {
     bool assembled = false, demonstration = false;
     double scale = 1;  ///< of the scene
     TreeChoice tree;   ///< of all parts
+    StepChoice step;
 };
 
 int scaleScene(const NewOptions& options) {
@@ -138,7 +143,10 @@ glm::dvec3 axisOf(const NewOptions& options) {
 
 void print(const char* role, const Part& part) {
     const glm::dvec3 mm = (part.high - part.low) * sandbox::kMmPerMeter;
-    std::printf("  %-9s %s, %.4g x %.4g x %.4g mm\n", role, engine::escaped(part.name).c_str(), mm.x, mm.y, mm.z);
+    std::printf("  %-9s %s, %.4g x %.4g x %.4g mm", role, engine::escaped(part.name).c_str(), mm.x, mm.y, mm.z);
+    if (part.deviation)
+        std::printf(", %zu triangles within %s of its surfaces", part.triangles, lengthWords(*part.deviation).c_str());
+    std::printf("\n");
 }
 
 /// Turns the goal until the threads are in phase there.
@@ -175,12 +183,27 @@ void printNext(const NewOptions& options, bool closed) {
     std::printf("  %s run %s --headless --screenshot %s\n", program.c_str(), scene.c_str(), picture.c_str());
 }
 
+/// The parts of STEP files, if there are any.
+StepParts stepParts(const NewOptions& options) {
+    if (!options.assembly.empty()) return {options.assembly, options.tool, options.obstacles, options.step};
+    return {options.tool, {options.obstacles.begin(), options.obstacles.end()}, options.step};
+}
+
+/// Parts of one file share its notes.
+void removeRepeated(std::vector<std::string>& sentences) {
+    std::set<std::string> told;
+    std::erase_if(sentences, [&](const std::string& sentence) { return !told.insert(sentence).second; });
+}
+
 int makeNew(const NewOptions& options) {
     if (options.output.extension() != ".glb" && options.output.extension() != ".gltf")
         throw UsageError("-o names a .glb or .gltf file, not '" + options.output.string() + "'");
     if (!options.scene.empty()) return scaleScene(options);
-    if (options.tool.empty() || options.obstacles.empty())
-        throw UsageError("new needs --tool and --obstacle, or --scene and --scale");
+    if (options.tool.empty() || (options.assembly.empty() && options.obstacles.empty()))
+        throw UsageError("new needs --tool and --obstacle, an assembly and --tool, or --scene and --scale");
+    if (!options.assembly.empty() && !engine::isStepFile(options.assembly))
+        throw UsageError("an assembly is a .step or .stp file, not '" + options.assembly.string() +
+                         "': give the other parts with --tool and --obstacle");
     if (options.obstacleNames.size() > options.obstacles.size())
         throw UsageError("there are more --obstacle-name than --obstacle: give one for each obstacle, in order");
     if (options.up != "y" && options.up != "z") throw UsageError("--up is y or z, not '" + options.up + "'");
@@ -205,18 +228,22 @@ int makeNew(const NewOptions& options) {
     if (!options.study.empty() && !parts.goal)
         throw UsageError("--study needs a goal: give --goal DEPTH, or --assembled");
     std::vector<std::string> warnings;
-    const auto read = [&](const fs::path& file, const std::string& name, const engine::Material& material,
+    const StepParts step = stepParts(options);
+    const auto read = [&](const StepParts::Body& body, const std::string& name, const engine::Material& material,
                           const engine::RigidPart& pose = {}) {
-        Part part = readPart(file, frame, material, pose);
+        Part part =
+            body.parts.empty() ? readPart(body.file, frame, material, pose) : step.part(body, frame, material, pose);
         if (!name.empty()) part.name = name;
         warnings.insert(warnings.end(), part.notes.begin(), part.notes.end());
         return part;
     };
-    parts.tool = read(options.tool, options.toolName, {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f}, toolPoseOf(options));
-    for (std::size_t i = 0; i < options.obstacles.size(); ++i)
-        parts.obstacles.push_back(read(options.obstacles[i],
+    parts.tool = read(step.tool(), options.toolName, {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f}, toolPoseOf(options));
+    for (std::size_t i = 0; i < step.obstacles().size(); ++i)
+        parts.obstacles.push_back(read(step.obstacles()[i],
                                        i < options.obstacleNames.size() ? options.obstacleNames[i] : "",
                                        {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f}));
+    parts.clearance = step.clearance();
+    removeRepeated(warnings);
     const glm::dvec3 moved = moveToOrigin(parts) * sandbox::kMmPerMeter;
     makeScene(parts, warnings);  // refuses what does not go together before anything is printed
 
@@ -226,6 +253,9 @@ int makeNew(const NewOptions& options) {
                     moved.y, moved.z);
     print("tool", parts.tool);
     for (const Part& obstacle : parts.obstacles) print("obstacle", obstacle);
+    if (parts.clearance > 0)
+        std::printf("  clearance %s between the surfaces of tool and obstacles\n",
+                    lengthWords(parts.clearance).c_str());
     if (parts.goal && parts.goal->lead != 0) findPhase(parts, warnings);
     std::vector<std::string> told;
     engine::writeGltf(makeScene(parts, told), options.output);
@@ -254,23 +284,33 @@ constexpr const char* kNewFooter =
     "  touchstone new --tool shaft.stl --obstacle hub.stl --unit in --up z --tool-pose 0,-100mm,0,0,0,90 --goal 0.6 "
     "-o d.glb --study d\n"
     "  touchstone new --tool nut.stl --obstacle bolt.stl --up z --assembled --thread 2mm --demo -o nut.glb\n"
+    "  touchstone new --tool shaft.step --obstacle housing.step --up z --assembled --demo -o fit.glb   with the "
+    "clearance "
+    "that was drawn\n"
+    "  touchstone new gearbox.step --tool 'output shaft' --up z --assembled --demo -o gearbox.glb   touchstone "
+    "validate "
+    "gearbox.step lists its parts\n"
     "  touchstone new --scene nut.glb --scale 0.001 -o small.glb   millimeters that were taken for meters\n";
 
 }  // namespace
 
 void addNew(CLI::App& program, Action& action) {
     const auto options = std::make_shared<NewOptions>();
-    static const std::string about =
-        "Make a scene from parts (" + engine::meshExtensionWords("or") + ", or glTF), or from a scene of another unit";
+    static const std::string about = "Make a scene from parts (" + engine::meshExtensionWords("or") +
+                                     ", STEP or glTF), or from a scene of another unit";
     CLI::App* command = addCommand(program, "new", about.c_str(), kNewFooter);
+    CLI::Option* assembly = command->add_option(
+        "ASSEMBLY", options->assembly,
+        "a STEP file with tool and obstacles at their places: --tool and --obstacle then name parts "
+        "in it, and without --obstacle all others are obstacles");
     CLI::Option* tool = command->add_option("--tool", options->tool, "the part that moves with the hand");
     CLI::Option* obstacle =
         command->add_option("--obstacle", options->obstacles, "a part that is fixed; may be repeated")
             ->expected(1)
             ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    tool->needs(obstacle);
     obstacle->needs(tool);
-    std::vector<CLI::Option*> ofParts{tool, obstacle};
+    assembly->needs(tool);
+    std::vector<CLI::Option*> ofParts{assembly, tool, obstacle};
     const auto ofPart = [&](CLI::Option* option) {
         option->needs(tool);
         ofParts.push_back(option);
@@ -282,7 +322,7 @@ void addNew(CLI::App& program, Action& action) {
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     ofPart(command->add_option("--unit", options->unit,
                                "unit of coordinates in " + engine::meshExtensionWords("and") +
-                                   " files: mm, cm, m or in; glTF has meters"))
+                                   " files: mm, cm, m or in; glTF has meters, and STEP names its own"))
         ->capture_default_str();
     ofPart(command->add_option("--up", options->up, "axis of these coordinates that is up: y or z; that of glTF is y"))
         ->capture_default_str();
@@ -314,6 +354,7 @@ void addNew(CLI::App& program, Action& action) {
     ofPart(
         command->add_option("--study", options->study,
                             "run a study of five simulated hands, and write its protocol and results to this folder"));
+    for (CLI::Option* option : addStepChoice(*command, options->step)) ofPart(option);
     CLI::Option* scene = command->add_option("--scene", options->scene, "in place of parts: a scene to copy, scaled");
     for (CLI::Option* option : ofParts) scene->excludes(option);
     command->add_option("--scale", options->scale, "factor by which the scene is scaled")->needs(scene);

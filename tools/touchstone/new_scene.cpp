@@ -11,7 +11,6 @@
 #include "engine/scene/mesh_file.hpp"
 #include "engine/scene/transforms.hpp"
 #include "haptics/builder/mesh_repair.hpp"
-#include "haptics/builder/mesh_words.hpp"
 #include "haptics/sandbox/scene/roles.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "haptics/sandbox/scene/units.hpp"
@@ -52,58 +51,6 @@ TriangleMesh shownTriangles(const Scene& scene) {
     return shown;
 }
 
-/// The box around what is shown and encloses something: a stray triangle is no part of the part. Adds a note on what is
-/// left out, closed, or open, with its place in the coordinates of the file, which has them in `unit`, with +z up if
-/// `zUp`, and whose part was put to `pose`.
-void findBox(Part& part, const std::string& file, bool zUp, const PlaceUnit& unit, const engine::RigidPart& pose) {
-    TriangleMesh shown = shownTriangles(part.content);
-    if (shown.triangles.empty())
-        throw engine::SceneError(file + ": shows no triangles; export the part with its mesh visible");
-    part.low = glm::dvec3(1e30);
-    part.high = glm::dvec3(-1e30);
-    const auto add = [&](const Vec3& p) {
-        part.low = glm::min(part.low, glm::dvec3(p.x(), p.y(), p.z()));
-        part.high = glm::max(part.high, glm::dvec3(p.x(), p.y(), p.z()));
-    };
-    for (const Vec3& p : shown.vertices) add(p);
-    const glm::dvec3 middle = (part.low + part.high) / 2.0;
-    const Vec3 base(middle.x, middle.y, middle.z);
-    for (Vec3& p : shown.vertices) p = (p - base) * sandbox::kMmPerMeter;
-    try {
-        RepairedMesh body = repairMesh(shown);
-        const auto inFile = [&](Vec3& place) {
-            place += sandbox::kMmPerMeter * base;
-            if (zUp) place = {place.x(), 0 - place.z(), place.y()};
-            const glm::dvec3 own = glm::inverse(pose.rotation) * (glm::dvec3(place.x(), place.y(), place.z()) -
-                                                                  sandbox::kMmPerMeter * pose.translation);
-            place = {own.x, own.y, own.z};
-        };
-        for (std::vector<MeshPatch>* patches : {&body.closedHoles, &body.loose})
-            for (MeshPatch& patch : *patches) inFile(patch.place);
-        if (!body.loose.empty() || !body.closedHoles.empty())
-            part.notes.push_back(file + ": was repaired: " + words(body, unit));
-        part.open = !body.closed();
-        if (part.open) {
-            MeshDefects defects = defectsOf(body);
-            inFile(defects.largest.place);
-            part.notes.push_back(
-                file + " has " + words(defects, unit) +
-                ": it is touched by its spheres, and its fit cannot be measured, until you close it in "
-                "the program that made it");
-        }
-        if (body.loose.empty()) return;
-        part.low = glm::dvec3(1e30);
-        part.high = glm::dvec3(-1e30);
-        for (const Triangle& t : body.cover)
-            for (const Vec3& p : t) {
-                const Vec3 inScene = p / (body.scale * sandbox::kMmPerMeter) + base;
-                add(inScene);
-            }
-    } catch (const std::invalid_argument&) {
-        // A mesh that cannot be repaired is named when the scene is opened.
-    }
-}
-
 /// Writes the options that were given, and leaves the others to the defaults.
 void markTree(nlohmann::json& mark, const TreeChoice& choice, double diagonal) {
     const TreeOptions options = withChoice({}, choice, diagonal);
@@ -118,10 +65,13 @@ void markTree(nlohmann::json& mark, const TreeChoice& choice, double diagonal) {
 }
 
 /// Adds a part below a node with this role at `pose`; `origin` is that node's frame in the coordinates of the part.
-Entity addPart(Scene& scene, const Part& part, sandbox::Role role, const TreeChoice& tree,
-               const engine::RigidPart& pose, const engine::RigidPart& origin) {
+Entity addPart(Scene& scene, const Part& part, sandbox::Role role, const NewScene& parts, const engine::RigidPart& pose,
+               const engine::RigidPart& origin) {
     nlohmann::json mark{{"role", sandbox::name(role)}};
-    markTree(mark, tree, glm::length(part.high - part.low) * sandbox::kMmPerMeter);
+    if (part.deviation) mark["cad"] = {{"deviation_mm", *part.deviation * sandbox::kMmPerMeter}};
+    if (role == sandbox::Role::Tool && parts.clearance > 0)
+        mark["cad"]["clearance_mm"] = parts.clearance * sandbox::kMmPerMeter;
+    markTree(mark, parts.tree, glm::length(part.high - part.low) * sandbox::kMmPerMeter);
     const Entity node = appendScene(scene, part.content, part.name);
     engine::LocalTransform& own = scene.registry.get<engine::LocalTransform>(node);
     own.translation = pose.translation;
@@ -213,6 +163,55 @@ engine::Animation demonstration(Entity tool, const glm::dvec3& start, const glm:
 }
 
 }  // namespace
+
+void findBox(Part& part, const std::string& file, bool zUp, const PlaceUnit& unit, const engine::RigidPart& pose) {
+    TriangleMesh shown = shownTriangles(part.content);
+    if (shown.triangles.empty())
+        throw engine::SceneError(file + ": shows no triangles; export the part with its mesh visible");
+    part.low = glm::dvec3(1e30);
+    part.high = glm::dvec3(-1e30);
+    const auto add = [&](const Vec3& p) {
+        part.low = glm::min(part.low, glm::dvec3(p.x(), p.y(), p.z()));
+        part.high = glm::max(part.high, glm::dvec3(p.x(), p.y(), p.z()));
+    };
+    for (const Vec3& p : shown.vertices) add(p);
+    const glm::dvec3 middle = (part.low + part.high) / 2.0;
+    const Vec3 base(middle.x, middle.y, middle.z);
+    for (Vec3& p : shown.vertices) p = (p - base) * sandbox::kMmPerMeter;
+    try {
+        RepairedMesh body = repairMesh(shown);
+        const auto inFile = [&](Vec3& place) {
+            place += sandbox::kMmPerMeter * base;
+            if (zUp) place = {place.x(), 0 - place.z(), place.y()};
+            const glm::dvec3 own = glm::inverse(pose.rotation) * (glm::dvec3(place.x(), place.y(), place.z()) -
+                                                                  sandbox::kMmPerMeter * pose.translation);
+            place = {own.x, own.y, own.z};
+        };
+        for (std::vector<MeshPatch>* patches : {&body.closedHoles, &body.loose})
+            for (MeshPatch& patch : *patches) inFile(patch.place);
+        if (!body.loose.empty() || !body.closedHoles.empty())
+            part.notes.push_back(file + ": was repaired: " + words(body, unit));
+        part.open = !body.closed();
+        if (part.open) {
+            MeshDefects defects = defectsOf(body);
+            inFile(defects.largest.place);
+            part.notes.push_back(
+                file + " has " + words(defects, unit) +
+                ": it is touched by its spheres, and its fit cannot be measured, until you close it in "
+                "the program that made it");
+        }
+        if (body.loose.empty()) return;
+        part.low = glm::dvec3(1e30);
+        part.high = glm::dvec3(-1e30);
+        for (const Triangle& t : body.cover)
+            for (const Vec3& p : t) {
+                const Vec3 inScene = p / (body.scale * sandbox::kMmPerMeter) + base;
+                add(inScene);
+            }
+    } catch (const std::invalid_argument&) {
+        // A mesh that cannot be repaired is named when the scene is opened.
+    }
+}
 
 Part readPart(const std::filesystem::path& file, const PartFrame& frame, const engine::Material& material,
               const engine::RigidPart& pose) {
@@ -315,10 +314,10 @@ engine::Scene makeScene(const NewScene& parts, std::vector<std::string>& warning
 
     Scene scene;
     scene.name = parts.name;
-    const Entity tool = addPart(scene, parts.tool, sandbox::Role::Tool, parts.tree, at(start), origin);
+    const Entity tool = addPart(scene, parts.tool, sandbox::Role::Tool, parts, at(start), origin);
     for (const Part& obstacle : parts.obstacles) {
         const engine::RigidPart own{.translation = obstacle.origin};
-        addPart(scene, obstacle, sandbox::Role::Obstacle, parts.tree, own, own);
+        addPart(scene, obstacle, sandbox::Role::Obstacle, parts, own, own);
     }
     if (parts.goal) addGoal(scene, *parts.goal, depth, size, at(goal));
     if (parts.demonstration) {

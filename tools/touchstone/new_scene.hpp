@@ -8,6 +8,7 @@
 
 #include "engine/scene/scene.hpp"
 #include "engine/scene/transforms.hpp"
+#include "haptics/builder/mesh_words.hpp"
 #include "haptics/sandbox/scene/role.hpp"
 #include "tools/touchstone/tree_choice.hpp"
 
@@ -26,8 +27,10 @@ struct Part {
     std::string name;
     engine::Scene content;
     glm::dvec3 low{0}, high{0};
-    glm::dvec3 origin{0};            ///< of its node: not 0 if its file has it far from the origin
-    bool open = false;               ///< it bounds no volume, so that its fit cannot be measured
+    glm::dvec3 origin{0};             ///< of its node: not 0 if its file has it far from the origin
+    bool open = false;                ///< it bounds no volume, so that its fit cannot be measured
+    std::optional<double> deviation;  ///< of its triangles from CAD surfaces, m
+    std::size_t triangles = 0;
     std::vector<std::string> notes;  ///< what was ignored in the file
 };
 
@@ -36,6 +39,11 @@ struct Part {
 /// with one sentence.
 Part readPart(const std::filesystem::path& file, const PartFrame& frame, const engine::Material& material,
               const engine::RigidPart& pose = {});
+
+/// The box around what is shown and encloses something: a stray triangle is no part of the part. Adds a note on what is
+/// left out, closed, or open, with its place in the coordinates of the file, which has them in `unit`, with +z up if
+/// `zUp`, and whose part was put to `pose`.
+void findBox(Part& part, const std::string& file, bool zUp, const PlaceUnit& unit, const engine::RigidPart& pose);
 
 /// Where the tool should end, relative to the scene's parts.
 struct NewGoal {
@@ -53,6 +61,7 @@ struct NewScene {
     Part tool;
     std::vector<Part> obstacles;
     TreeChoice tree;           ///< of all parts
+    double clearance = 0;      ///< between the CAD surfaces of tool and obstacles, m; 0: unknown
     glm::dvec3 axis{0, 1, 0};  ///< the way out: a unit vector along an axis of the scene
     bool assembled = false;    ///< the parts are modeled where the tool ends; needs a goal
     std::optional<NewGoal> goal;

@@ -3,12 +3,15 @@
 #include <cstdio>
 #include <utility>
 
+#include "engine/scene/cad_clearance.hpp"
+#include "engine/scene/step_file.hpp"
 #include "engine/scene/text.hpp"
 #include "haptics/loop/distances.hpp"
 #include "haptics/loop/setting_table.hpp"
 #include "haptics/sandbox/measure/goal_check.hpp"
 #include "haptics/sandbox/scene/friction.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
+#include "haptics/sandbox/scene/units.hpp"
 #include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/scene_path.hpp"
@@ -56,7 +59,51 @@ std::vector<std::string> warningsOf(const sandbox::HapticScene& scene) {
     return warnings;
 }
 
+/// The tree of the parts of a STEP file.
+int validateStep(const std::filesystem::path& file) {
+    const auto found = engine::readStep(std::span(&file, 1), {.meshes = false},
+                                        [bar = progressBar("STEP:")](const std::string& what, double fraction) {
+                                            return bar({.part = what, .fraction = fraction});
+                                        });
+    if (!found) throw BuildCancelled();
+    const engine::CadAssembly& assembly = found->front();
+    std::printf("%s: %s, lengths in %s\n", engine::escaped(file.string()).c_str(),
+                engine::escaped(assembly.schema).c_str(), engine::escaped(assembly.unit).c_str());
+    std::vector<std::string> groups;  // of the part before, from the root
+    std::vector<std::string> warnings = assembly.notes;
+    for (const engine::CadPart& part : assembly.parts) {
+        std::vector<std::string> names(1);
+        for (const char c : part.path) c == '/' ? names.emplace_back() : names.back() += c;
+        names.pop_back();
+        std::size_t same = 0;
+        while (same < std::min(names.size(), groups.size()) && names[same] == groups[same]) ++same;
+        for (std::size_t i = same; i < names.size(); ++i)
+            std::printf("%*s%s\n", int(2 * i + 2), "", engine::escaped(names[i]).c_str());
+        groups = names;
+        const engine::CadShape& shape = assembly.shapes[part.shape];
+        const glm::dvec3 at = glm::dvec3(part.placement[3]) + 0.0;  // no -0
+        std::printf("%*s%s: %zu %s, %.4g mm³, at (%.4g, %.4g, %.4g) mm%s\n", int(2 * names.size() + 2), "",
+                    engine::escaped(part.name).c_str(), shape.faces.size(), shape.faces.size() == 1 ? "face" : "faces",
+                    shape.volume * 1e9, at.x * 1e3, at.y * 1e3, at.z * 1e3,
+                    glm::determinant(glm::dmat3(part.placement)) < 0 ? ", mirrored" : "");
+        if (!shape.problem.empty())
+            warnings.push_back("the part '" + engine::printable(part.name) + "' " + shape.problem);
+    }
+    if (const double clearance = engine::leastClearance(assembly); clearance > 0)
+        std::printf("  least clearance between cylinders, cones and spheres: %s\n",
+                    lengthText(clearance * sandbox::kMmPerMeter).c_str());
+    std::printf("%zu %s", assembly.parts.size(), assembly.parts.size() == 1 ? "part" : "parts");
+    if (warnings.empty()) {
+        std::printf("; touchstone new makes a scene of %s\n", assembly.parts.size() == 1 ? "it" : "them");
+    } else {
+        std::printf(", with %zu %s:\n", warnings.size(), warnings.size() == 1 ? "warning" : "warnings");
+        for (const std::string& warning : warnings) std::printf("  warning: %s\n", engine::escaped(warning).c_str());
+    }
+    return kOk;
+}
+
 int validate(const std::string& pathOrName) {
+    if (engine::isStepFile(pathOrName)) return validateStep(pathOrName);
     const std::filesystem::path file = findScene(pathOrName);
     const sandbox::HapticScene scene =
         sandbox::openScene(file, {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()});
@@ -112,8 +159,9 @@ constexpr const char* kValidateFooter =
     "The last lines say \"valid\", or \"valid, with N warnings\" and what they are: content that is ignored, unknown "
     "keys,\n"
     "unlikely sizes, surfaces that are not closed, parts that overlap at the start or at the goal, a goal in mid-air.\n"
-    "The exit code is 1 if the scene cannot be run; warnings leave it at 0.\n\n"
-    "Example:\n  touchstone validate part.glb\n";
+    "The exit code is 1 if the scene cannot be run; warnings leave it at 0.\n"
+    "For a STEP file, it lists the tree of its parts, by whose names touchstone new takes them.\n\n"
+    "Examples:\n  touchstone validate part.glb\n  touchstone validate gearbox.step\n";
 
 }  // namespace
 
@@ -122,7 +170,7 @@ void addValidate(CLI::App& program, Action& action) {
     CLI::App* command = addCommand(
         program, "validate", "Report how a scene's nodes were interpreted, and why, and the friction of its parts",
         kValidateFooter);
-    command->add_option("SCENE", *scene, kSceneHelp)->required();
+    command->add_option("SCENE", *scene, std::string(kSceneHelp) + "; or a STEP file")->required();
     command->callback([scene, &action] { action = [scene] { return validate(*scene); }; });
 }
 

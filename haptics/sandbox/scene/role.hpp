@@ -33,12 +33,19 @@ struct PartFriction {
     int material = -1;  ///< physics material of the file; -1: the extras of the node
 };
 
+/// What a part's triangles took from the exact surfaces of a CAD file, mm.
+struct CadFit {
+    double deviation = 0;             ///< the greatest distance of triangles from surfaces
+    std::optional<double> clearance;  ///< of the tool: the least between the surfaces of tool and obstacles
+};
+
 /// Component of the tool and of obstacles.
 struct BodyMarking {
     TreeOptions tree;
     bool spheres = false;                                ///< touched by its spheres in either geometry
     std::optional<double> stiffness = {}, torsion = {};  ///< of the tool: N/mm, mN·m/rad
     std::optional<PartFriction> friction = {};           ///< nothing: the part is frictionless
+    std::optional<CadFit> cad = {};                      ///< nothing: the part is not from a CAD file
 };
 
 /// The node itself or its nearest ancestor that has a role; null if there is none.

@@ -139,6 +139,12 @@ void RoleReader::readMark(Entity node, engine::Fields& fields, std::optional<Rol
     if (const auto k = fields.number("torsion_Nm_per_rad", 1e-3, 1e3)) body.torsion = *k * 1000;
     if (const engine::FrictionMaterial friction = engine::readFriction(fields); !friction.empty())
         body.friction = {friction, -1};
+    if (auto cad = fields.object("cad")) {
+        body.cad.emplace();
+        body.cad->deviation = cad->number("deviation_mm", 0, 1e3).value_or(0);
+        body.cad->clearance = cad->number("clearance_mm", 0, 1e3);
+        cad->warnUnknown(found_.warnings);
+    }
     scene_.registry.add(node, body);
     // Their contents are read later, when tool and goal are known.
     for (const char* key : {"goal", "gauge", "outcome"}) fields.object(key);
