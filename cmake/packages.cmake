@@ -1,10 +1,14 @@
 # Debian packages, one for each install component; tools/package builds them. See docs/packages.md.
 set(maintainer "Touchstone developers <touchstone@example.org>")
-set(packages touchstone libtouchstone-dev)   # of the components program, dev and, where the module is built, python
+set(packages touchstone libtouchstone-dev)   # of the components program, dev and, where they are built, python and step
 set(components program dev)
 if(TARGET touchstone_python)
   list(APPEND packages python3-touchstone)
   list(APPEND components python)
+endif()
+if(TARGET touchstone-step)
+  list(APPEND packages touchstone-step)
+  list(APPEND components step)
 endif()
 
 # What each package says about itself: changes of a package in Debian's own form, and terms of use.
@@ -60,7 +64,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
 # OpenGL is loaded at run time, so no library that the program is linked to names these.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libegl1, libgl1, python3")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "fonts-dejavu-core, libgl1-mesa-dri")
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-matplotlib, python3-numpy, spacenavd")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-matplotlib, python3-numpy, spacenavd, touchstone-step")
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "sandbox for haptic rendering of rigid contact
 ${method}
 
@@ -77,6 +81,15 @@ ${method}
 
 This package holds the static library, its header, and files for CMake and
 pkg-config. It is compiled for processors with AVX2 and FMA (x86-64-v3).")
+
+set(CPACK_DEBIAN_STEP_PACKAGE_NAME touchstone-step)
+set(CPACK_DEBIAN_STEP_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_STEP_PACKAGE_DEPENDS "touchstone (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_STEP_DESCRIPTION "STEP files for touchstone
+${method}
+
+This package holds the program by which touchstone reads parts and assemblies
+from STEP files (AP203, AP214, AP242), with Open Cascade.")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-touchstone)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
