@@ -235,6 +235,10 @@ std::optional<std::vector<CadAssembly>> readStep(std::span<const fs::path> files
                          "--deviation",
                          double(options.maxBytes) / double(1 << 30), escaped(doing).c_str()));
     if (!error.empty()) throw SceneError(escaped(error));
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
+        failIn(files.front(), "",
+               formatted("keeps Open Cascade busy without end, while %s: it is malformed, so export it again",
+                         escaped(doing).c_str()));
     if (WIFSIGNALED(status))
         failIn(files.front(), "",
                formatted("makes Open Cascade crash (%s), while %s: heal the part in the CAD program, or export it as "

@@ -14,8 +14,11 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <new>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include "engine/scene/cad_clearance.hpp"
 #include "tools/step/step_mesh.hpp"
@@ -70,10 +73,10 @@ Command commandOf(int count, char** words) {
 }
 
 void report(const std::string& what, double fraction) {
-    static int last = -1;
-    const int permille = int(fraction * 1000);
-    if (permille == last) return;
-    last = permille;
+    static std::pair<std::string, int> last;
+    std::pair<std::string, int> now(what, int(fraction * 1000));
+    if (now == last) return;
+    last = std::move(now);
     std::fprintf(stderr, "progress %.3f %s\n", fraction, what.c_str());
 }
 
@@ -85,6 +88,25 @@ void writeAll(int handle, const std::string& bytes) {
     }
 }
 
+/// Ends this process with SIGXCPU after so many seconds of the processor; never if they are negative.
+void limitTime(double seconds) {
+    rusage used{};
+    getrusage(RUSAGE_SELF, &used);
+    rlimit limit{};
+    getrlimit(RLIMIT_CPU, &limit);
+    limit.rlim_cur =
+        seconds < 0 ? limit.rlim_max : rlim_t(double(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + seconds);
+    setrlimit(RLIMIT_CPU, &limit);
+}
+
+/// Open Cascade reads a megabyte in 1 to 3 s, and never ends with some malformed files.
+double secondsToRead(const std::string& file) {
+    constexpr double kLeast = 20, kPerByte = 10e-6;
+    std::error_code error;
+    const auto bytes = std::filesystem::file_size(file, error);
+    return kLeast + (error ? 0 : kPerByte * double(bytes));
+}
+
 void run(const Command& command, int output) {
     if (command.bytes > 0) {
         const rlimit limit{command.bytes, command.bytes};
@@ -94,11 +116,13 @@ void run(const Command& command, int output) {
     std::vector<engine::CadAssembly> assemblies;
     const double share = command.list ? 1 : 0.3;
     for (std::size_t i = 0; i < command.files.size(); ++i) {
+        limitTime(secondsToRead(command.files[i]));
         contents.push_back(readContent(command.files[i], [&](const std::string& what, double fraction) {
             report(what, share * (double(i) + fraction) / double(command.files.size()));
         }));
         assemblies.push_back(std::move(contents.back().assembly));
     }
+    limitTime(-1);
     findClearances(assemblies);
     const auto wanted = [&](const engine::CadPart& part) {
         return command.only.empty() || std::ranges::any_of(command.only, [&](const std::string& name) {

@@ -270,11 +270,12 @@ void makeMesh(const TopoDS_Shape& solids, const MeshChoice& choice, CadShape& sh
         }
         if (choice.keepClearance) circumscribe(mesh, shape.faces);
         measure(mesh, faces, shape.faces);
-        // Open Cascade may deviate by more than it is asked for.
+        // Open Cascade may deviate by more than it is asked for; by far more only if the edges of a face lie beside it.
+        constexpr double kBeside = 4;
         double most = 0;
         for (const CadFace& face : shape.faces)
             if (face.facets == 0) most = std::max(most, face.deviation);
-        if (most <= deviation) break;
+        if (most <= deviation || most > kBeside * deviation) break;
         share *= 0.9 * deviation / most;
     }
     shape.limited = deviation > shape.asked;

@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostObstacles = 100;  // each is a part of its own, with which the tool is compared every tick
+constexpr double kBeside = 4;                // times the deviation that was asked for: no tessellation deviates so
 constexpr double kLeastDeviation = 1e-9, kMostDeviation = 0.1;  // m
 
 double deviationOf(const std::string& text) {
@@ -159,6 +160,10 @@ Part StepParts::part(const Body& body, const PartFrame& frame, const engine::Mat
                                 " would have more than a million triangles at " + lengthWords(shape.asked) +
                                 " from its surfaces: they deviate by up to " + lengthWords(shape.deviation) +
                                 "; a larger --deviation silences this");
+        else if (shape.deviation > kBeside * shape.asked)
+            out.notes.push_back(body.file.string() + ": triangles of the part " + name + " deviate by up to " +
+                                lengthWords(shape.deviation) +
+                                " from its surfaces, as edges lie beside these: heal the part in the CAD program");
         out.triangles += shape.triangles.size();
         out.deviation = std::max(out.deviation.value_or(0), shape.deviation);
     }

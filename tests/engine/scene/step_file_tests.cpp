@@ -53,7 +53,7 @@ class Reading {
 
   private:
     static void write(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
-    test::TempFolder folder_;
+    touchstone::test::TempFolder folder_;
     fs::path file_ = folder_.path() / "shaft.step";
 };
 
@@ -77,6 +77,8 @@ TEST_CASE("step file: a reader that crashes, hangs, needs too much memory or is 
     reading.program("echo progress 0.5 reading shaft.step >&2; kill -SEGV $$");
     CHECK_THAT(reading.problem(),
                Contains("crash") && Contains("while reading shaft.step") && Contains("heal the part"));
+    reading.program("kill -XCPU $$");
+    CHECK_THAT(reading.problem(), Contains("busy without end") && Contains("export it again"));
     reading.program("sleep 1000");
     CHECK_THAT(reading.problem({.maxSeconds = 0}), Contains("not read within 0 s"));
     CHECK(reading.problem({}, [](const std::string&, double) { return false; }).empty());
