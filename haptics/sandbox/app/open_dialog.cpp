@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/scene/mesh_file.hpp"
+#include "engine/scene/step_file.hpp"
 #include "engine/ui/user_files.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 
 /// The files that the dialog lists: scenes and parts.
 std::vector<std::string> extensions() {
-    std::vector<std::string> all{".glb", ".gltf"};
+    std::vector<std::string> all{".glb", ".gltf", ".step", ".stp"};
     for (const std::string_view mesh : engine::meshExtensions()) all.emplace_back(mesh);
     return all;
 }
@@ -90,7 +91,10 @@ void OpenDialog::drawFiles(const MenuView& view, MenuState& state, ImVec2 size, 
         shown_ = file;
         if (!file.empty()) std::snprintf(state.openPath.data(), state.openPath.size(), "%s", file.c_str());
     }
-    if (!file.empty() && !engine::isMeshFile(file)) {
+    if (!file.empty() && engine::isStepFile(file)) {
+        ImGui::TextWrapped("The parts of a STEP file open as a scene, in which you choose the tool and its obstacles.");
+        engine::noteItem(items, "file text");
+    } else if (!file.empty() && !engine::isMeshFile(file)) {
         const ImVec2 low = ImGui::GetCursorScreenPos(), picture{8 * em, 5 * em};
         const auto card = cards_.find(file);
         drawPicture(file, *card, low, picture);
@@ -108,7 +112,8 @@ void OpenDialog::drawFiles(const MenuView& view, MenuState& state, ImVec2 size, 
     bool confirmed = ImGui::InputText("##open path", state.openPath.data(), state.openPath.size(),
                                       ImGuiInputTextFlags_EnterReturnsTrue);
     engine::noteItem(items, "##open path");
-    engine::tooltip("Path of a .glb or .gltf file, or of a folder to list. You can also drop a file on the window.");
+    engine::tooltip(
+        "Path of a .glb, .gltf or .step file, or of a folder to list. You can also drop a file on the window.");
     ImGui::SameLine();
     confirmed |= ImGui::Button("Open");
     engine::noteItem(items, "Open");

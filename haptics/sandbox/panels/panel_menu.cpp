@@ -304,9 +304,10 @@ void drawOpening(const OpeningProgress& progress, PanelRequests& requests, engin
                  ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                      ImGuiWindowFlags_NoSavedSettings);
     ImGui::Text("Opening %s", progress.file.c_str());
-    const std::string what = progress.fraction >= 1  ? "Starting"
-                             : progress.part.empty() ? "Reading the file"
-                                                     : "Building the sphere tree of " + progress.part;
+    const std::string what = !progress.reading.empty() ? "STEP: " + progress.reading
+                             : progress.fraction >= 1  ? "Starting"
+                             : progress.part.empty()   ? "Reading the file"
+                                                       : "Building the sphere tree of " + progress.part;
     std::string bar = std::to_string(static_cast<int>(100 * progress.fraction)) + " %";
     if (const std::string left = timeLeft(progress.secondsLeft); !left.empty()) bar += ", " + left;
     ImGui::ProgressBar(static_cast<float>(progress.fraction), {-1, 0}, bar.c_str());

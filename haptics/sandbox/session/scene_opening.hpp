@@ -13,7 +13,7 @@
 
 namespace touchstone::sandbox {
 
-/// A scene file, the edits made in the window, and the settings of the run (nothing: the scene's).
+/// A scene or STEP file, the edits made in the window, and the settings of the run (nothing: the scene's).
 struct SceneRequest {
     std::filesystem::path file;
     std::vector<engine::SceneEdit> edits = {};
@@ -24,9 +24,10 @@ struct SceneRequest {
 /// Progress of opening a scene, until it is shown.
 struct OpeningProgress {
     std::string file;
-    std::string part;         ///< part whose tree is being built; empty while the file is read and at the end
-    double fraction = 0;      ///< of all parts, 0 to 1
-    double secondsLeft = -1;  ///< estimate for this part; negative while there is none
+    std::string part;          ///< part whose tree is being built; empty while the file is read and at the end
+    double fraction = 0;       ///< of all parts, 0 to 1
+    double secondsLeft = -1;   ///< estimate for this part; negative while there is none
+    std::string reading = {};  ///< what is done with a STEP file; empty when that is over
 };
 
 /// Begins in its constructor; its destructor cancels it and waits for the thread.
@@ -43,10 +44,12 @@ class SceneOpening {
 
     const SceneRequest request;
     // Valid once done() is true:
+    std::filesystem::path file;          ///< the scene that was opened: of a STEP file, the one made of its parts
     std::shared_ptr<HapticScene> scene;  ///< null on failure or cancel
     std::string error;
 
   private:
+    engine::Scene read(const std::stop_token& stop, const std::filesystem::path& cache);
     void run(const std::stop_token& stop, const std::filesystem::path& treeCache,
              const std::function<Settings(const Settings&)>& adjust);
 

@@ -177,7 +177,12 @@ void LiveSession::takeOpened() {
             log_.say(Message::Kind::Error, ready->error);
             continue;
         }
-        const Shown next{ready->request, ready->scene, ready->scene->world};
+        Shown next{ready->request, ready->scene, ready->scene->world};
+        if (next.request.file != ready->file) {
+            log_.say(Message::Kind::Note, "The parts of " + next.request.file.string() +
+                                              " became a scene: choose the tool and its obstacles, and save it");
+            next.request.file = ready->file;
+        }
         for (const std::string& warning : next.scene->warnings) log_.say(Message::Kind::Warning, warning);
         for (const std::string& sentence : reshapedSentences(*next.scene)) log_.say(Message::Kind::Note, sentence);
         try {

@@ -387,8 +387,7 @@ TEST_CASE("foreign glTF: files of other formats are recognized and named", "[glt
     text("ply\nformat ascii 1.0\n", "a PLY mesh");
     text("<!DOCTYPE html><html>", "a web page, not glTF; download the file itself");
     text("version https://git-lfs.github.com/spec/v1\n", "the pointer that Git LFS keeps");
-    text("ISO-10303-21;\nHEADER;\n",
-         "a STEP file, not glTF; it holds exact surfaces, not triangles: open it in FreeCAD");
+    text("ISO-10303-21;\nHEADER;\n", "a STEP file, not glTF; create a scene of its parts with touchstone new");
     text(std::string(72, ' ') + "S      1\n", "an IGES file, not glTF; it holds exact surfaces");
     text("DBRep_DrawableShape\n", "a BREP file of Open Cascade, not glTF; it holds exact surfaces");
     text("**ABCDEFGHIJKLMNOPQRSTUVWXYZabc", "a Parasolid file, not glTF; it holds exact surfaces");
