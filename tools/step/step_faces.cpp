@@ -1,5 +1,6 @@
 #include "tools/step/step_faces.hpp"
 
+#include <BRepAdaptor_Curve.hxx>
 #include <BRepBndLib.hxx>
 #include <BRepBuilderAPI_MakeSolid.hxx>
 #include <BRepGProp.hxx>
@@ -16,7 +17,10 @@
 #include <algorithm>
 #include <cmath>
 #include <gp_Vec.hxx>
+#include <optional>
+#include <vector>
 
+#include "engine/scene/screw_surface.hpp"
 #include "tools/step/step_reader.hpp"
 
 namespace touchstone::step {
@@ -32,6 +36,49 @@ void setRound(CadFace& face, const gp_Ax3& position, bool reversed) {
     const gp_XYZ axis = position.Direction().XYZ();
     face.axis = {axis.X(), axis.Y(), axis.Z()};
     face.hollow = reversed != !position.Direct();
+}
+
+/// Sets the axis of a free-form surface that is a thread or a cylinder, as which CAD programs export them.
+void recognize(const TopoDS_Face& shape, const BRepAdaptor_Surface& surface, bool reversed, CadFace& face) {
+    constexpr int kAcross = 24;
+    double u1 = 0, u2 = 0, v1 = 0, v2 = 0;
+    BRepTools::UVBounds(shape, u1, u2, v1, v2);
+    std::vector<engine::SurfacePoint> points;
+    for (int i = 0; i <= kAcross; ++i)
+        for (int j = 0; j <= kAcross; ++j) {
+            gp_Pnt place;
+            gp_Vec du, dv;
+            surface.D1(u1 + (u2 - u1) * i / kAcross, v1 + (v2 - v1) * j / kAcross, place, du, dv);
+            const gp_XYZ normal = du.Crossed(dv).XYZ();
+            if (!(normal.Modulus() > 0)) continue;
+            const gp_XYZ n = normal / (reversed ? -normal.Modulus() : normal.Modulus());
+            points.push_back({meters(place.XYZ()), {n.X(), n.Y(), n.Z()}});
+        }
+    const std::optional<engine::ScrewSurface> screw = engine::screwSurface(points);
+    if (!screw) return;
+    face.surface = screw->cylinder ? CadSurface::Cylinder : CadSurface::Helicoid;
+    face.origin = screw->point;
+    face.axis = screw->axis;
+    face.lead = screw->lead;
+    if (screw->cylinder) face.radius = (screw->inner + screw->outer) / 2;
+    double outward = 0;
+    for (const engine::SurfacePoint& p : points) {
+        const glm::dvec3 from = p.place - face.origin;
+        outward += glm::dot(p.normal, from - glm::dot(from, face.axis) * face.axis);
+    }
+    face.hollow = outward < 0;
+    face.from = HUGE_VAL;
+    face.to = -HUGE_VAL;
+    for (TopExp_Explorer i(shape, TopAbs_EDGE); i.More(); i.Next()) {
+        if (BRep_Tool::Degenerated(TopoDS::Edge(i.Current()))) continue;
+        const BRepAdaptor_Curve edge(TopoDS::Edge(i.Current()));
+        for (int k = 0; k <= kAcross; ++k) {
+            const double t = edge.FirstParameter() + (edge.LastParameter() - edge.FirstParameter()) * k / kAcross;
+            const double along = glm::dot(meters(edge.Value(t).XYZ()) - face.origin, face.axis);
+            face.from = std::min(face.from, along);
+            face.to = std::max(face.to, along);
+        }
+    }
 }
 
 /// The number of edges that bound one face only.
@@ -104,6 +151,7 @@ CadFace describe(const TopoDS_Face& shape) {
             break;
         }
         default:
+            recognize(shape, surface, reversed, face);
             break;
     }
     GProp_GProps area;

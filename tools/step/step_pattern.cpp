@@ -26,7 +26,6 @@
 namespace touchstone::step {
 
 using engine::CadFace;
-using engine::CadSurface;
 
 namespace {
 
@@ -262,7 +261,9 @@ std::vector<int> facetsOf(const std::vector<TopoDS_Face>& faces, const std::vect
     std::vector<std::vector<std::size_t>> facesAt;
     for (std::size_t i = 0; i < faces.size(); ++i) {
         const CadFace& face = described[i];
-        if (face.surface != CadSurface::Cylinder && face.surface != CadSurface::Cone) continue;
+        // A free-form surface that is a cylinder has other parameters.
+        const GeomAbs_SurfaceType type = BRepAdaptor_Surface(faces[i], false).GetType();
+        if (type != GeomAbs_Cylinder && type != GeomAbs_Cone) continue;
         const double slope = std::tan(face.halfAngle);
         const double radius =
             std::max(std::abs(face.radius + slope * face.from), std::abs(face.radius + slope * face.to));

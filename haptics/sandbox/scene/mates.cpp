@@ -86,8 +86,8 @@ std::optional<MateProposal> proposeMate(std::span<const MatePart> tool, std::spa
     if (!seat->modeled) made.pose = poseOf(*seat);
     made.point = seat->obstacle.point;
     made.out = seat->obstacle.up;
-    made.fold = seat->fold;
     made.lead = wish.lead != 0 ? wish.lead : seat->main.threads() ? seat->main.tool.lead : 0;
+    if (made.lead == 0) made.fold = seat->fold;  // that of a thread is the number of its starts
     made.clearance = seat->main.clearance();
     sayFit(*seat, obstacles, made);
     sayStop(*seat, obstacles, made);
