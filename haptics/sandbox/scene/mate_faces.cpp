@@ -19,6 +19,7 @@ constexpr double kAroundAxis = 0.3;    // of a whole cylinder: a rounded edge ha
 constexpr double kSameThread = 0.005;  // of the lead: fitted to a free-form surface
 constexpr double kCommonArea = 0.01;   // of the smaller plane: above what the chords of close edges cover
 constexpr double kSameSpot = 0.01;     // of area and reach: that of faces that are the same but for their triangles
+constexpr double kLeastCorner = 0.5;   // sine of the angle between the sides of a prism
 constexpr std::size_t kMostSides = 64;
 
 /// Widens a band by another on the same axis.
@@ -110,6 +111,17 @@ bool isRound(const engine::CadFace& face, const MateFrame& frame) {
     return along && (onAxis || face.surface == CadSurface::Plane);
 }
 
+/// Of a face along a direction.
+dvec2 extent(const MateFace& face, const dvec3& along) {
+    dvec2 range(1e30, -1e30);
+    for (const dvec3& p : face.points) {
+        const double at = glm::dot(p, along);
+        range = {std::min(range.x, at), std::max(range.y, at)};
+    }
+    return range;
+}
+bool meet(const dvec2& a, const dvec2& b) { return a.x < b.y - kBesideAxis && b.x < a.y - kBesideAxis; }
+
 /// Tests circles inside and outside the thread.
 bool overlapBeside(const MateLevel& a, const MateLevel& b, double turn, double inner, double outer) {
     constexpr int kSamples = 48;
@@ -182,6 +194,63 @@ std::vector<MateAxis> mateAxes(std::span<const MateFace> faces) {
     }
     for (MateAxis& axis : axes) joinBands(axis.bands);
     std::erase_if(axes, [](const MateAxis& axis) { return axis.bands.empty(); });
+    return axes;
+}
+
+std::vector<MateAxis> prismAxes(std::span<const MateFace> faces) {
+    /// Two parallel planes that bound a common part of space.
+    struct Slab {
+        const MateFace *first, *second;
+        double width;
+    };
+    std::vector<Slab> slabs[2];  // of shafts, and of holes
+    for (std::size_t i = 0; i < faces.size(); ++i)
+        for (std::size_t j = i + 1; j < faces.size(); ++j) {
+            const engine::CadFace &a = faces[i].face, &b = faces[j].face;
+            if (a.surface != CadSurface::Plane || b.surface != CadSurface::Plane || faces[i].part != faces[j].part ||
+                glm::length(a.axis + b.axis) > kBetweenAxes)
+                continue;
+            const double width = glm::dot(b.origin - a.origin, a.axis);
+            const dvec3 along =
+                glm::normalize(glm::cross(a.axis, std::abs(a.axis.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
+            const bool beside =
+                meet(extent(faces[i], along), extent(faces[j], along)) &&
+                meet(extent(faces[i], glm::cross(a.axis, along)), extent(faces[j], glm::cross(a.axis, along)));
+            if (std::abs(width) > kBesideAxis && beside) slabs[width > 0].push_back({&faces[i], &faces[j], width});
+        }
+    std::vector<MateAxis> axes;
+    for (std::vector<Slab>& found : slabs) {
+        std::ranges::stable_sort(found, {}, [](const Slab& slab) { return std::abs(slab.width); });
+        if (found.size() > kMostSides) found.resize(kMostSides);
+        for (std::size_t i = 0; i < found.size(); ++i)
+            for (std::size_t j = i + 1; j < found.size(); ++j) {
+                const Slab &a = found[i], &b = found[j];
+                const dvec3 &n = a.first->face.axis, &m = b.first->face.axis, axis = glm::cross(n, m);
+                if (a.first->part != b.first->part || glm::length(axis) < kLeastCorner) continue;
+                const double s = glm::dot(a.first->face.origin, n) + a.width / 2;
+                const double t = glm::dot(b.first->face.origin, m) + b.width / 2;
+                const double c = glm::dot(n, m), sin2 = 1 - c * c;
+                MateAxis made{((s - c * t) * n + (t - c * s) * m) / sin2, glm::normalize(axis), {}};
+                MateBand band{.hollow = a.width > 0,
+                              .radius = std::abs(a.width) / 2,
+                              .inner = std::abs(a.width) / 2,
+                              .from = -1e30,
+                              .to = 1e30,
+                              .part = a.first->part,
+                              .flat = true};
+                for (const MateFace* side : {a.first, a.second, b.first, b.second}) {
+                    const dvec2 range = extent(*side, made.direction) - glm::dot(made.point, made.direction);
+                    band.from = std::max(band.from, range.x);
+                    band.to = std::min(band.to, range.y);
+                }
+                if (band.to - band.from < kBesideAxis) continue;
+                made.point += band.from * made.direction;
+                band.to -= band.from;
+                band.from = 0;
+                made.bands.push_back(band);
+                axes.push_back(made);
+            }
+    }
     return axes;
 }
 

@@ -36,6 +36,7 @@ struct MateBand {
     double lead = 0;          ///< of a thread
     double area = 0;          ///< of the faces
     std::size_t part = 0;
+    bool flat = false;  ///< a prism: `radius` is half the distance of its closest parallel sides
 };
 
 /// A line, and what lies around it.
@@ -46,6 +47,10 @@ struct MateAxis {
 
 /// The axes of all cylinders and threads that go around by more than 0.3 of a turn, so that a rounded edge has none.
 std::vector<MateAxis> mateAxes(std::span<const MateFace> faces);
+
+/// The axes of prisms: where the middles between two pairs of parallel planes cross. Planes that look at each other are
+/// sides of a hole.
+std::vector<MateAxis> prismAxes(std::span<const MateFace> faces);
 
 /// An axis with a direction from which angles about it count.
 struct MateFrame {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
 #include <numbers>
+#include <utility>
 
 namespace touchstone::sandbox {
 namespace {
@@ -12,21 +13,22 @@ using engine::CadSurface;
 using glm::dvec3;
 
 constexpr double kFullTurn = 2 * std::numbers::pi;
-constexpr double kParallelAxes = 1e-5;       // rad
-constexpr double kLoosest = 0.1;             // of the radius: a wider hole is no fit
-constexpr double kUsual = 0.02;              // of the radius: a clearance that halves a fit's weight
-constexpr double kPressed = 0.005;           // of the radius: a shaft that is drawn thicker by more does not go in
-constexpr double kThreadDepth = 0.7;         // of the pitch: of a thread that is drawn as a cylinder
-constexpr double kLeadDigits = 0.005;        // of the lead
-constexpr double kLeastEngaged = 0.05;       // of the shorter cylinder
-constexpr double kSideGap = 0.05;            // of the radius: wider gaps beside keys are none
-constexpr double kSameTurn = 1e-4;           // rad
-constexpr double kStopped = 1.2;             // times the weight: a tool that stops somewhere is more likely meant
-constexpr double kAsGood = 0.99;             // of the weight: places that are equally good
+constexpr double kParallelAxes = 1e-5;  // rad
+constexpr double kLoosest = 0.1;        // of the radius: a wider hole is no fit
+constexpr double kUsual = 0.02;         // of the radius: a clearance that halves a fit's weight
+constexpr double kPressed = 0.005;      // of the radius: a shaft that is drawn thicker by more does not go in
+constexpr double kThreadDepth = 0.7;    // of the pitch: of a thread that is drawn as a cylinder
+constexpr double kLeadDigits = 0.005;   // of the lead
+constexpr double kLeastEngaged = 0.05;  // of the shorter cylinder
+constexpr double kSideGap = 0.05;       // of the radius: wider gaps beside keys are none
+constexpr double kSameTurn = 1e-4;      // rad
+constexpr double kStopped = 1.2;        // times the weight: a tool that stops somewhere is more likely meant
+constexpr double kLeadIn = 1.1;         // times the weight: the end of a hole that has a chamfer is more likely meant
+constexpr double kAsGood = 0.99;        // of the weight: places that are equally good
 constexpr std::size_t kMostCandidates = 50;  // pairs of axes that are tried
 
 MateBand seen(MateBand band, bool flipped) {
-    if (flipped) band = {band.hollow, band.radius, band.inner, -band.to, -band.from, band.lead, band.area, band.part};
+    if (flipped) band.from = -std::exchange(band.to, -band.from);
     return band;
 }
 
@@ -40,6 +42,14 @@ class MateSearch {
           obstacleAxes_(mateAxes(obstacle_)) {}
 
     std::optional<MateSeat> best() {
+        if (std::optional<MateSeat> seat = bestOnAxes()) return seat;
+        toolAxes_ = prismAxes(tool_);
+        obstacleAxes_ = prismAxes(obstacle_);
+        return bestOnAxes();
+    }
+
+  private:
+    std::optional<MateSeat> bestOnAxes() const {
         if (std::optional<MateSeat> seat = asModeled()) return finished(*seat);
         if (wish_.tool == MateWish::Tool::AtGoal) return {};
         std::optional<MateSeat> best;
@@ -56,7 +66,6 @@ class MateSearch {
         return finished(*best);
     }
 
-  private:
     static bool coaxial(const MateAxis& a, const MateAxis& b, double aside = kSamePlace) {
         return glm::length(glm::cross(a.direction, b.direction)) < kParallelAxes &&
                glm::length(glm::cross(a.point - b.point, b.direction)) < aside;
@@ -256,6 +265,13 @@ class MateSearch {
         }
         return found;
     }
+    /// Whether a chamfer leads into the hole.
+    bool hasLeadIn(const MateSeat& seat) const {
+        if (seat.main.tool.hollow) return false;
+        return std::ranges::any_of(cones(obstacle_, seat.obstacle, true), [&](const Cone& cone) {
+            return std::abs(cone.low - seat.main.obstacle.radius) < kSamePlace;
+        });
+    }
     std::optional<MateStop> coneStop(const MateSeat& seat) const {
         std::optional<MateStop> stop;
         const std::vector<Cone> seats = cones(obstacle_, seat.obstacle, true);
@@ -281,6 +297,7 @@ class MateSearch {
         seat.travel = seat.stop ? seat.stop->travel : first->obstacle.from - first->tool.from;
         if (!weigh(seat, all)) return {};
         if (seat.stop) seat.weight *= kStopped;
+        if (hasLeadIn(seat)) seat.weight *= kLeadIn;
         const engine::RigidPart pose = poseOf(seat);
         const double size = seat.main.shaft().radius;
         seat.moved = glm::length(pose.translation + pose.rotation * tool.point - tool.point) +

@@ -27,6 +27,13 @@ void sayFit(const MateSeat& seat, std::span<const MatePart> obstacles, MatePropo
                                inMm(std::abs(pair.tool.lead)) + " per turn" + deep);
         return;
     }
+    if (pair.tool.flat) {
+        made.reasons.push_back((pair.tool.hollow
+                                    ? "sides " + hole + " apart go over those " + shaft + " apart of "
+                                    : "sides " + shaft + " apart go between those " + hole + " apart of ") +
+                               where + deep);
+        return;
+    }
     made.reasons.push_back((pair.tool.hollow ? "the hole of " + hole + " goes over the shaft of " + shaft + " of "
                                              : "the shaft of " + shaft + " goes into the hole of " + hole + " of ") +
                            where + deep);

@@ -71,6 +71,15 @@ class CadSolid {
         return add(face);
     }
 
+    /// A rectangle across the z axis.
+    CadSolid& rectangle(double x, double y, double z, bool up) {
+        engine::CadFace face = start(engine::CadSurface::Plane);
+        face.origin = glm::dvec3(0, 0, z) * kMm;
+        face.axis = {0, 0, up ? 1 : -1};
+        quad({-x / 2, -y / 2, z}, {x / 2, -y / 2, z}, {x / 2, y / 2, z}, {-x / 2, y / 2, z});
+        return add(face);
+    }
+
   private:
     static constexpr double kMm = 1e-3;
     static constexpr int kSegments = 48;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <tuple>
 
 #include "haptics/sandbox/scene/mates.hpp"
 #include "tests/sandbox/scene/cad_solids.hpp"
@@ -146,6 +147,40 @@ TEST_CASE("mates: keys say the turn and the fold", "[mates]") {
         const double angle = std::remainder(glm::degrees(std::atan2(key.y, key.x)) - 10, 360.0 / keys);
         CHECK(angle == Approx(0).margin(1e-6));
     }
+}
+
+TEST_CASE("mates: parts without a round face meet by their sides", "[mates]") {
+    CadSolid peg, block;
+    for (const auto& [degrees, apart, wide] :
+         {std::tuple(0, 14.0, 20.0), {90, 20.0, 14.0}, {180, 14.0, 20.0}, {270, 20.0, 14.0}}) {
+        peg.flat(degrees, apart / 2, wide, -25, 0);
+        block.flat(degrees + 180, -apart / 2 - 0.05, wide + 0.1, -25, 0).flat(degrees, 40, 80, -25, 0);
+    }
+    peg.rectangle(14, 20, -25, false);
+    block.rectangle(80, 80, -25, true);  // the floor
+    const auto found = mate(peg, block, placement({100, 30, 40}, {20, 0, 50}));
+    REQUIRE(found);
+    CHECK(found->fold == 2);
+    CHECK(found->clearance == Approx(0.05e-3).margin(kNm));
+    CHECK(says(found->reasons, "sides 14.000 mm apart go between those 14.100 mm apart of \"block\""));
+    CHECK(says(found->reasons, "4 faces along the axis meet theirs in 2 turns"));
+    const glm::dvec3 tip(placement({100, 30, 40}, {20, 0, 50}) * glm::dvec4(0, 0, -0.025, 1));
+    CHECK(glm::length(moved(*found, tip) - glm::dvec3(0, 0, -0.025)) < kNm);
+}
+
+TEST_CASE("mates: a hole's end that has a chamfer is preferred", "[mates]") {
+    CadSolid plate;
+    plate.ring(10.01, 30, 0, true)
+        .cylinder(10.01, -29, 0, true)
+        .cone(10.01, -30, 11.01, -29, true)
+        .ring(11.01, 30, -30, false);
+    plate.shape.faces[2].axis = {0, 0, -1};  // it widens downward
+    plate.shape.faces[2].radius = 11.01e-3;
+    plate.shape.faces[2].from = -1e-3;
+    plate.shape.faces[2].to = 0;
+    const auto found = mate(shaft(20), plate, placement({0, 0, 60}));
+    REQUIRE(found);
+    CHECK(found->out == glm::dvec3(0, 0, -1));
 }
 
 TEST_CASE("mates: threads of one lead mate, left and right do not", "[mates]") {
