@@ -165,7 +165,7 @@ void findPhase(NewScene& parts, std::vector<std::string>& warnings) {
     if (!phase.doubt.empty()) warnings.push_back(phase.doubt);
     parts.goal->turn = phase.turn.turn;
     parts.goal->play = phase.turn.play;
-    parts.goal->starts = phase.starts;
+    parts.goal->fold = phase.starts;
     const std::string starts = phase.starts > 1 ? ", " + std::to_string(phase.starts) + " starts" : "";
     std::printf(
         "  thread    %s-handed, %.4g mm per turn%s; the tool is turned by %.1f° to be in phase, with a play of "

@@ -87,14 +87,24 @@ Entity addPart(Scene& scene, const Part& part, sandbox::Role role, const NewScen
 }
 
 /// Bounds along the axis.
-double lowest(const Part& part, const glm::dvec3& axis) {
-    return std::min(glm::dot(part.low, axis), glm::dot(part.high, axis));
+struct Span {
+    double low = 1e30, high = -1e30;
+};
+Span span(const Part& part, const glm::dvec3& axis) {
+    const double a = glm::dot(part.low, axis), b = glm::dot(part.high, axis);
+    const glm::dvec3 size = glm::abs(axis);
+    if (std::max({size.x, size.y, size.z}) == 1) return {std::min(a, b), std::max(a, b)};
+    Span found;
+    for (const Vec3& v : shownTriangles(part.content).vertices) {
+        const double at = glm::dot(glm::dvec3(v.x(), v.y(), v.z()), axis);
+        found = {std::min(found.low, at), std::max(found.high, at)};
+    }
+    return found;
 }
-double highest(const Part& part, const glm::dvec3& axis) { return -lowest(part, -axis); }
 
 /// On the axis of the portion of the tool that is no higher than `top`, at its lowest point: the center of that
 /// portion's box across the axis.
-glm::dvec3 originOf(const Part& tool, const glm::dvec3& axis, double top) {
+glm::dvec3 originOf(const Part& tool, const glm::dvec3& axis, double bottom, double top) {
     glm::dvec3 low(1e30), high(-1e30);
     const double rounding = 1e-9 * glm::length(tool.high - tool.low);
     for (const Vec3& v : shownTriangles(tool.content).vertices) {
@@ -106,7 +116,7 @@ glm::dvec3 originOf(const Part& tool, const glm::dvec3& axis, double top) {
         high = glm::max(high, p);
     }
     const glm::dvec3 center = (low + high) / 2.0;
-    return center + (lowest(tool, axis) - glm::dot(center, axis)) * axis;
+    return center + (bottom - glm::dot(center, axis)) * axis;
 }
 
 void addGoal(Scene& scene, const NewGoal& goal, double depth, double size, const engine::RigidPart& pose) {
@@ -116,7 +126,7 @@ void addGoal(Scene& scene, const NewGoal& goal, double depth, double size, const
                           {"tolerance_rad", std::max(kToleranceAngle, kPlay * goal.play)},
                           {"hold_s", 0.5}};
     if (goal.lead != 0) region["lead_m"] = goal.lead;
-    if (goal.starts > 1) region["fold"] = goal.starts;
+    if (goal.fold != 1) region["fold"] = goal.fold;
     const Entity node = addNode(scene, "goal", {}, {.translation = pose.translation, .rotation = pose.rotation});
     setExtras(scene, node,
               {{"touchstone", {{"role", sandbox::name(sandbox::Role::Goal)}, {"goal", std::move(region)}}}});
@@ -264,6 +274,7 @@ glm::dvec3 moveToOrigin(NewScene& parts) {
     };
     move(parts.tool);
     for (Part& obstacle : parts.obstacles) move(obstacle);
+    if (parts.onAxis) *parts.onAxis += by;
     return by;
 }
 
@@ -273,10 +284,11 @@ engine::Scene makeScene(const NewScene& parts, std::vector<std::string>& warning
         throw UsageError("--demo needs a goal to lead to: give --goal DEPTH, or --assembled");
     double top = -1e30, under = 1e30;
     for (const Part& obstacle : parts.obstacles) {
-        top = std::max(top, highest(obstacle, axis));
-        under = std::min(under, lowest(obstacle, axis));
+        const Span along = span(obstacle, axis);
+        top = std::max(top, along.high);
+        under = std::min(under, along.low);
     }
-    const double bottom = lowest(parts.tool, axis), size = glm::length(parts.tool.high - parts.tool.low);
+    const double bottom = span(parts.tool, axis).low, size = glm::length(parts.tool.high - parts.tool.low);
     const double modeled = top - bottom;
 
     // `goal` and `start` are travels of the tool along the axis from where it is modeled.
@@ -300,7 +312,8 @@ engine::Scene makeScene(const NewScene& parts, std::vector<std::string>& warning
                           depth * sandbox::kMmPerMeter, (top - under) * sandbox::kMmPerMeter);
             warnings.emplace_back(text);
         }
-        origin.translation = originOf(parts.tool, axis, parts.assembled ? top : bottom + depth);
+        origin.translation = parts.onAxis ? *parts.onAxis + (bottom - glm::dot(*parts.onAxis, axis)) * axis
+                                          : originOf(parts.tool, axis, bottom, parts.assembled ? top : bottom + depth);
         origin.rotation = glm::dquat(glm::dvec3(0, 1, 0), axis);
     }
     const double lead = parts.goal ? parts.goal->lead : 0, turn = parts.goal ? parts.goal->turn : 0;

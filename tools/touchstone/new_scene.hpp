@@ -53,17 +53,18 @@ struct NewGoal {
     double lead = 0;                  ///< m along the axis per turn, positive for a right-handed thread; 0: no thread
     double turn = 0;                  ///< rad about the axis, from the tool as it is modeled
     double play = 0;                  ///< rad about the axis that the tool may turn there, on either side
-    int starts = 1;                   ///< of the thread, by each of which the tool may go in
+    int fold = 1;                     ///< number of equivalent orientations about the axis; 0: all
 };
 
 struct NewScene {
     std::string name;
     Part tool;
     std::vector<Part> obstacles;
-    TreeChoice tree;           ///< of all parts
-    double clearance = 0;      ///< between the CAD surfaces of tool and obstacles, m; 0: unknown
-    glm::dvec3 axis{0, 1, 0};  ///< the way out: a unit vector along an axis of the scene
-    bool assembled = false;    ///< the parts are modeled where the tool ends; needs a goal
+    TreeChoice tree;                   ///< of all parts
+    double clearance = 0;              ///< between the CAD surfaces of tool and obstacles, m; 0: unknown
+    glm::dvec3 axis{0, 1, 0};          ///< the way out: a unit vector
+    std::optional<glm::dvec3> onAxis;  ///< a point on the axis of the tool at its goal; by default it is measured
+    bool assembled = false;            ///< the parts are modeled where the tool ends; needs a goal
     std::optional<NewGoal> goal;
     bool demonstration = false;  ///< the tool comes in from outside along the axis, on a thread turning; needs a goal
 };
