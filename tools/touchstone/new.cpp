@@ -12,6 +12,7 @@
 #include "engine/scene/gltf_write.hpp"
 #include "engine/scene/mesh_file.hpp"
 #include "engine/scene/step_file.hpp"
+#include "engine/scene/text.hpp"
 #include "haptics/files/output_file.hpp"
 #include "haptics/sandbox/measure/goal_check.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
@@ -19,6 +20,7 @@
 #include "haptics/sandbox/session/presets.hpp"
 #include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/console.hpp"
+#include "tools/touchstone/new_mate.hpp"
 #include "tools/touchstone/new_scene.hpp"
 #include "tools/touchstone/step_parts.hpp"
 #include "tools/touchstone/tree_parts.hpp"
@@ -28,6 +30,8 @@ namespace touchstone::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr double kOfClearance = 0.1, kCoarsest = 0.05;  // of the clearance, and mm: how far triangles may deviate
 
 struct NewOptions {
     fs::path assembly, scene, output, study;
@@ -41,7 +45,7 @@ struct NewOptions {
     std::string goal;      ///< DEPTH[,TOLERANCE]
     std::string thread;    ///< LEAD
     std::string toolPose;  ///< X,Y,Z[,RX,RY,RZ]
-    bool assembled = false, demonstration = false;
+    bool assembled = false, demonstration = false, noMate = false;
     double scale = 1;  ///< of the scene
     TreeChoice tree;   ///< of all parts
     StepChoice step;
@@ -149,6 +153,62 @@ void print(const char* role, const Part& part) {
     std::printf("\n");
 }
 
+/// Vectors of STEP files in the scene, and back.
+glm::dvec3 inScene(const glm::dvec3& v, const NewOptions& options) {
+    return options.up == "z" ? glm::dvec3(v.x, v.z, 0 - v.y) : v;
+}
+glm::dvec3 inFile(const glm::dvec3& v, const NewOptions& options) {
+    return options.up == "z" ? glm::dvec3(v.x, 0 - v.z, v.y) : v;
+}
+
+/// Takes what the options leave open from the surfaces of STEP parts: the goal, its axis, fold and lead, and where the
+/// tool goes.
+std::optional<sandbox::MateProposal> findMate(const NewOptions& options, const StepParts& step, engine::RigidPart& pose,
+                                              NewScene& parts) {
+    if (options.noMate || step.tool().parts.empty()) return {};
+    using Tool = sandbox::MateWish::Tool;
+    sandbox::MateWish wish;
+    wish.tool = options.assembled ? Tool::AtGoal : options.toolPose.empty() ? Tool::Anywhere : Tool::OnAxis;
+    if (!options.axis.empty()) wish.out = inFile(axisOf(options), options);
+    if (!options.thread.empty()) wish.lead = leadOf(options);
+    const std::optional<sandbox::MateProposal> mate = mateOf(step, pose, wish);
+    if (!mate) return {};
+    pose = chained(pose, mate->pose);
+    parts.axis = inScene(mate->out, options);
+    parts.onAxis = inScene(mate->point, options);
+    if (!parts.goal) {
+        parts.goal.emplace();
+        parts.assembled = true;
+    }
+    parts.goal->lead = mate->lead;
+    parts.goal->fold = mate->fold;
+    return mate;
+}
+
+void printMate(const sandbox::MateProposal& mate, std::vector<std::string>& warnings) {
+    const char* title = "mate";
+    for (const std::string& reason : mate.reasons) {
+        std::printf("  %-9s %s\n", title, engine::escaped(reason).c_str());
+        title = "";
+    }
+    warnings.insert(warnings.end(), mate.doubts.begin(), mate.doubts.end());
+}
+
+/// The options that would give what was found.
+void printProposed(const NewOptions& options, const sandbox::MateProposal& mate, const engine::RigidPart& pose,
+                   const GoalRegion& goal) {
+    std::string words;
+    const auto add = [&](const std::string& option) { words += (words.empty() ? "" : " ") + option; };
+    if (!mate.modeled) add("--tool-pose " + toolPoseText(pose));
+    for (int k = 0; k < 3 && options.axis.empty(); ++k)
+        for (const double sign : {1.0, -1.0})
+            if (sign * mate.out[k] > 1 - 1e-9) add(std::string("--axis ") + (sign < 0 ? "-" : "") + "xyz"[k]);
+    if (options.goal.empty()) add(engine::formatted("--goal %.7gmm", goal.depth));
+    if (mate.lead != 0 && options.thread.empty())
+        add(engine::formatted("--thread %.5gmm", mate.lead * sandbox::kMmPerMeter));
+    if (!words.empty()) std::printf("  found     %s: give other values to overrule it\n", words.c_str());
+}
+
 /// Turns the goal until the threads are in phase there.
 void findPhase(NewScene& parts, std::vector<std::string>& warnings) {
     std::vector<std::string> ignored;
@@ -174,19 +234,18 @@ void findPhase(NewScene& parts, std::vector<std::string>& warnings) {
         phase.turn.turn * 180 / std::numbers::pi, phase.turn.play * 180 / std::numbers::pi);
 }
 
-void printNext(const NewOptions& options, bool closed) {
+void printNext(const NewOptions& options, bool measurable) {
     const std::string program = programAsTyped(), scene = sandbox::shellQuoted(options.output.string());
     std::printf("Next:\n  %s run %s\n", program.c_str(), scene.c_str());
-    if (closed && (options.assembled || !options.goal.empty()))
-        std::printf("  %s fit %s\n", program.c_str(), scene.c_str());
+    if (measurable) std::printf("  %s fit %s\n", program.c_str(), scene.c_str());
     const std::string picture = sandbox::shellQuoted(fs::path(options.output).replace_extension(".png").string());
     std::printf("  %s run %s --headless --screenshot %s\n", program.c_str(), scene.c_str(), picture.c_str());
 }
 
 /// The parts of STEP files, if there are any.
-StepParts stepParts(const NewOptions& options) {
-    if (!options.assembly.empty()) return {options.assembly, options.tool, options.obstacles, options.step};
-    return {options.tool, {options.obstacles.begin(), options.obstacles.end()}, options.step};
+StepParts stepParts(const NewOptions& options, const StepChoice& choice) {
+    if (!options.assembly.empty()) return {options.assembly, options.tool, options.obstacles, choice};
+    return {options.tool, {options.obstacles.begin(), options.obstacles.end()}, choice};
 }
 
 /// Parts of one file share its notes.
@@ -220,15 +279,23 @@ int makeNew(const NewOptions& options) {
     parts.assembled = options.assembled;
     if (options.assembled) parts.goal.emplace();
     if (!options.goal.empty()) parts.goal = goalOf(options);
+    parts.demonstration = options.demonstration;
+    std::vector<std::string> warnings;
+    StepParts step = stepParts(options, options.step);
+    engine::RigidPart toolPose = toolPoseOf(options);
+    const std::optional<sandbox::MateProposal> mate = findMate(options, step, toolPose, parts);
+    if (mate && !mate->modeled && options.step.deviation.empty() && step.clearance() == 0 && mate->clearance > 0) {
+        // Where the parts lie in their files, nothing says how close they fit.
+        StepChoice finer = options.step;
+        finer.deviation = engine::formatted("%.9fmm", std::min(kCoarsest, kOfClearance * mate->clearance * 1000));
+        step = stepParts(options, finer);
+    }
     if (!options.thread.empty()) {
         if (!parts.goal) throw UsageError("--thread needs a goal: give --goal DEPTH, or --assembled");
         parts.goal->lead = leadOf(options);
     }
-    parts.demonstration = options.demonstration;
     if (!options.study.empty() && !parts.goal)
         throw UsageError("--study needs a goal: give --goal DEPTH, or --assembled");
-    std::vector<std::string> warnings;
-    const StepParts step = stepParts(options);
     const auto read = [&](const StepParts::Body& body, const std::string& name, const engine::Material& material,
                           const engine::RigidPart& pose = {}) {
         Part part =
@@ -237,12 +304,12 @@ int makeNew(const NewOptions& options) {
         warnings.insert(warnings.end(), part.notes.begin(), part.notes.end());
         return part;
     };
-    parts.tool = read(step.tool(), options.toolName, {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f}, toolPoseOf(options));
+    parts.tool = read(step.tool(), options.toolName, {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f}, toolPose);
     for (std::size_t i = 0; i < step.obstacles().size(); ++i)
         parts.obstacles.push_back(read(step.obstacles()[i],
                                        i < options.obstacleNames.size() ? options.obstacleNames[i] : "",
                                        {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f}));
-    parts.clearance = step.clearance();
+    parts.clearance = mate && !mate->modeled ? std::max(0.0, mate->clearance) : step.clearance();
     removeRepeated(warnings);
     const glm::dvec3 moved = moveToOrigin(parts) * sandbox::kMmPerMeter;
     makeScene(parts, warnings);  // refuses what does not go together before anything is printed
@@ -256,6 +323,7 @@ int makeNew(const NewOptions& options) {
     if (parts.clearance > 0)
         std::printf("  clearance %s between the surfaces of tool and obstacles\n",
                     lengthWords(parts.clearance).c_str());
+    if (mate) printMate(*mate, warnings);
     if (parts.goal && parts.goal->lead != 0) findPhase(parts, warnings);
     std::vector<std::string> told;
     engine::writeGltf(makeScene(parts, told), options.output);
@@ -267,9 +335,10 @@ int makeNew(const NewOptions& options) {
     if (written.world)
         if (std::string doubt = sandbox::goalDoubt(*written.world, *written.roles.goal); !doubt.empty())
             warnings.push_back(std::move(doubt));
+    if (mate) printProposed(options, *mate, toolPose, *written.roles.goal);
     for (const std::string& warning : warnings) std::printf("  warning: %s\n", engine::escaped(warning).c_str());
     const auto isOpen = [](const Part& part) { return part.open; };
-    printNext(options, !parts.tool.open && std::ranges::none_of(parts.obstacles, isOpen));
+    printNext(options, parts.goal.has_value() && !parts.tool.open && std::ranges::none_of(parts.obstacles, isOpen));
     return options.study.empty() ? kOk : study(options);
 }
 
@@ -334,6 +403,10 @@ void addNew(CLI::App& program, Action& action) {
     ofPart(command->add_flag(
         "--assembled", options->assembled,
         "the parts are modeled in assembled position: that is the goal, and the tool starts outside"));
+    ofPart(
+        command->add_flag("--no-mate", options->noMate,
+                          "leave the tool where a STEP file has it, and without --goal or --assembled give it no goal, "
+                          "instead of finding from the surfaces where it fits"));
     ofPart(command->add_option(
         "--goal", options->goal,
         "DEPTH[,TOLERANCE]: the tool should end with its lowest point DEPTH below the highest of the "
