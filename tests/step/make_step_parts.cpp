@@ -198,7 +198,7 @@ void make(const std::string& name, const std::string& path, Request& request) {
         nested(file);
     } else {
         const TopoDS_Shape shape = BRepBuilderAPI_Transform(single(name, request), request.pose, true).Shape();
-        file.part(request.name.empty() ? name : request.name, shape, kSteel);
+        file.part(request.name.empty() ? name : request.name, shape, request.get("gold", 0) != 0 ? kGold : kSteel);
     }
     request.refuseUnused();
     file.write(path, request);
