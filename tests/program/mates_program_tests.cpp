@@ -107,6 +107,26 @@ TEST_CASE("mates: options overrule what was found", "[program]") {
     CHECK_THAT(none.err, Contains("--demo needs a goal"));
 }
 
+TEST_CASE("mates: a report has the tool's last pose as a motion in its file", "[program]") {
+    if (!readsStep()) return;
+    const Program touchstone;
+    drawPart(touchstone, "peg", "unit=inch pose=100,0,30,0,90,0");
+    drawPart(touchstone, "block", "");
+    REQUIRE(touchstone("new --tool peg.step --obstacle block.step --up z --demo -o a.glb").code == 0);
+    REQUIRE(touchstone("run a.glb --headless --shadow none --report report.json").code == 0);
+    const json pose = json::parse(textOf(touchstone.file("report.json")))["tool_pose"];
+    INFO(pose.dump());
+    CHECK(pose["frame"] == "file");
+    CHECK(pose["unit_m"] == Approx(0.0254));
+    // The peg lies along x about (100, 0, 30) mm, and stands in the block's hole about z at the end; the hole leaves it
+    // 12 µm on each side, and 0.6 mrad over its length.
+    const double unit = 25.4, wanted[4][4]{{0, 0, -1, 30 / unit}, {0, 1, 0, 0}, {1, 0, 0, -100 / unit}, {0, 0, 0, 1}};
+    for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t j = 0; j < 4; ++j)
+            CHECK(pose["matrix"][i][j].get<double>() ==
+                  Approx(wanted[i][j]).margin(j == 3 ? (0.012 + 100 * 0.0006) / unit : 0.0006));
+}
+
 TEST_CASE("mates: a part of an assembly goes where it is drawn", "[program]") {
     if (!readsStep()) return;
     const Program touchstone;

@@ -29,13 +29,6 @@ std::optional<sandbox::MateProposal> mateOf(const StepParts& parts, const engine
     return sandbox::proposeMate(tool, obstacles, wish);
 }
 
-engine::RigidPart chained(const engine::RigidPart& first, const engine::RigidPart& then) {
-    engine::RigidPart both;
-    both.rotation = then.rotation * first.rotation;
-    both.translation = then.translation + then.rotation * first.translation;
-    return both;
-}
-
 std::string toolPoseText(const engine::RigidPart& pose) {
     const glm::dmat3 r(glm::mat3_cast(pose.rotation));  // columns; Rz Ry Rx
     const double y = std::asin(std::clamp(-r[0].z, -1.0, 1.0));

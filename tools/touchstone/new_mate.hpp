@@ -15,9 +15,6 @@ namespace touchstone::app {
 std::optional<sandbox::MateProposal> mateOf(const StepParts& parts, const engine::RigidPart& pose,
                                             const sandbox::MateWish& wish);
 
-/// First one motion, then the other.
-engine::RigidPart chained(const engine::RigidPart& first, const engine::RigidPart& then);
-
 /// The value of --tool-pose that gives this pose.
 std::string toolPoseText(const engine::RigidPart& pose);
 

@@ -64,6 +64,12 @@ void markTree(nlohmann::json& mark, const TreeChoice& choice, double diagonal) {
     if (choice.interior) mark["interior"] = *choice.interior;
 }
 
+nlohmann::json placed(const engine::RigidPart& pose) {
+    const glm::dvec3& p = pose.translation;
+    const glm::dquat& q = pose.rotation;
+    return {{"translation", {p.x, p.y, p.z}}, {"rotation", {q.x, q.y, q.z, q.w}}};
+}
+
 /// Adds a part below a node with this role at `pose`; `origin` is that node's frame in the coordinates of the part.
 Entity addPart(Scene& scene, const Part& part, sandbox::Role role, const NewScene& parts, const engine::RigidPart& pose,
                const engine::RigidPart& origin) {
@@ -71,6 +77,12 @@ Entity addPart(Scene& scene, const Part& part, sandbox::Role role, const NewScen
     if (part.deviation) mark["cad"] = {{"deviation_mm", *part.deviation * sandbox::kMmPerMeter}};
     if (role == sandbox::Role::Tool && parts.clearance > 0)
         mark["cad"]["clearance_mm"] = parts.clearance * sandbox::kMmPerMeter;
+    if (role == sandbox::Role::Tool) {
+        const glm::dquat back = glm::conjugate(origin.rotation);
+        const engine::RigidPart inNode =
+            chained(part.modeled, {.translation = -(back * origin.translation), .rotation = back});
+        mark["file"] = {{"unit_m", part.unit}, {"in_scene", placed(part.inScene)}, {"in_node", placed(inNode)}};
+    }
     markTree(mark, parts.tree, glm::length(part.high - part.low) * sandbox::kMmPerMeter);
     const Entity node = appendScene(scene, part.content, part.name);
     engine::LocalTransform& own = scene.registry.get<engine::LocalTransform>(node);
@@ -223,6 +235,13 @@ void findBox(Part& part, const std::string& file, bool zUp, const PlaceUnit& uni
     }
 }
 
+engine::RigidPart chained(const engine::RigidPart& first, const engine::RigidPart& then) {
+    engine::RigidPart both;
+    both.rotation = then.rotation * first.rotation;
+    both.translation = then.translation + then.rotation * first.translation;
+    return both;
+}
+
 Part readPart(const std::filesystem::path& file, const PartFrame& frame, const engine::Material& material,
               const engine::RigidPart& pose) {
     Part part;
@@ -255,6 +274,9 @@ Part readPart(const std::filesystem::path& file, const PartFrame& frame, const e
     }
     engine::updateWorldTransforms(part.content);
     const bool isMesh = engine::isMeshFile(file);
+    part.unit = isMesh ? frame.meters : 1;
+    if (isMesh && frame.zUp) part.inScene.rotation = kZUp;
+    part.modeled = chained(pose, part.inScene);
     findBox(part, file.string(), frame.zUp && isMesh,
             isMesh ? PlaceUnit{frame.unit, frame.meters * sandbox::kMmPerMeter} : PlaceUnit{"m", sandbox::kMmPerMeter},
             pose);
@@ -269,7 +291,9 @@ glm::dvec3 moveToOrigin(NewScene& parts) {
     const auto move = [&](Part& part) {
         for (const Entity root : part.content.roots)
             part.content.registry.get<engine::LocalTransform>(root).translation += by;
-        for (glm::dvec3* point : {&part.low, &part.high, &part.origin}) *point += by;
+        for (glm::dvec3* point :
+             {&part.low, &part.high, &part.origin, &part.inScene.translation, &part.modeled.translation})
+            *point += by;
         engine::updateWorldTransforms(part.content);
     };
     move(parts.tool);

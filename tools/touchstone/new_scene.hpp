@@ -22,6 +22,9 @@ struct PartFrame {
     double crease = 0.5235987755982988;  ///< edges that turn by more are drawn sharp, rad
 };
 
+/// Turns +z up to +y up.
+inline const glm::dquat kZUp = glm::angleAxis(glm::radians(-90.0), glm::dvec3(1, 0, 0));
+
 /// A part as read: its nodes, and the box around what is visible, in meters with +y up.
 struct Part {
     std::string name;
@@ -31,6 +34,9 @@ struct Part {
     bool open = false;                ///< it bounds no volume, so that its fit cannot be measured
     std::optional<double> deviation;  ///< of its triangles from CAD surfaces, m
     std::size_t triangles = 0;
+    double unit = 1;                 ///< m, of the coordinates of its file
+    engine::RigidPart inScene;       ///< the frame of its file
+    engine::RigidPart modeled;       ///< the same, with the part put to its pose
     std::vector<std::string> notes;  ///< what was ignored in the file
 };
 
@@ -68,6 +74,9 @@ struct NewScene {
     std::optional<NewGoal> goal;
     bool demonstration = false;  ///< the tool comes in from outside along the axis, on a thread turning; needs a goal
 };
+
+/// First one motion, then the other.
+engine::RigidPart chained(const engine::RigidPart& first, const engine::RigidPart& then);
 
 /// Moves all parts by the same whole millimeters to the origin if they lie more than 10 m from it, where drawing loses
 /// digits, and later contacts. Returns by how much, m.

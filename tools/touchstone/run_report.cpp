@@ -167,6 +167,7 @@ sandbox::Report LiveReport::finish(const sandbox::LiveSession& session) const {
     if (session.scene()) {
         report.bySpheres = sandbox::touchedBySpheres(*session.scene(), session.settings());
         report.repairs = sandbox::repairSentences(*session.scene());
+        report.toolFile = sandbox::toolFile(*session.scene());
     }
     statistics_.write(report);
     if (const auto& status = session.device().facts.status) report.deviceTrouble = troubleOf(*status);

@@ -168,6 +168,9 @@ Part StepParts::part(const Body& body, const PartFrame& frame, const engine::Mat
         out.deviation = std::max(out.deviation.value_or(0), shape.deviation);
     }
     const glm::dmat4 up = frame.zUp ? glm::rotate(glm::dmat4(1), glm::radians(-90.0), {1, 0, 0}) : glm::dmat4(1);
+    out.unit = assembly.metersPerUnit;
+    if (frame.zUp) out.inScene.rotation = kZUp;
+    out.modeled = chained(pose, out.inScene);
     out.content = engine::sceneOf(assembly, body.parts, material, frame.crease, up * engine::rigidMatrix(pose));
     findBox(out, body.file.string(), frame.zUp, {"mm", 1}, pose);
     return out;

@@ -113,6 +113,13 @@ ordered_json toJson(const Report& report) {
     };
     if (!report.gauge.empty() && report.ticks > 0)
         json["gauge"] = {{"name", report.gauge}, {"deepest_mm", report.depth.deepest}, {"last_mm", report.depth.last}};
+    if (report.toolPose) {
+        // Without a file of its own, the tool's node in the scene, whose unit is the meter.
+        const FileFrame file = report.toolFile.value_or(FileFrame());
+        json["tool_pose"] = {{"matrix", matrixInFile(file, *report.toolPose)},
+                             {"unit_m", file.unit},
+                             {"frame", report.toolFile ? "file" : "scene"}};
+    }
     const Report::FrictionReport& friction = report.friction;
     if (friction.sticking + friction.sliding + friction.held > 0)
         json["friction"] = {{"solver", report.frictionSolver},
@@ -160,6 +167,7 @@ void RunStatistics::add(const TickRecord& record, double penetration, double dt)
         shadowError_.push_back(record.shadowForceError);
 
     if (gauge_) depth_.add(gauge_->depth(record.X_WT));
+    toolPose_ = record.X_WT;
     truncated_ += record.rowsTruncated;
     force_ = std::max(force_, force);
     torque_ = std::max(torque_, record.wrench_C.torque.norm());
@@ -220,6 +228,7 @@ void RunStatistics::write(Report& report) const {
     report.hash = hash_;
     if (gauge_) report.gauge = gauge_->name;
     report.depth = depth_;
+    report.toolPose = toolPose_;
 }
 
 }  // namespace touchstone::sandbox

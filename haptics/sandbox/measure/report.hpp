@@ -12,6 +12,7 @@
 #include "haptics/loop/step.hpp"
 #include "haptics/math/statistics.hpp"
 #include "haptics/sandbox/scene/outcome.hpp"
+#include "haptics/sandbox/scene/role.hpp"
 
 namespace touchstone::sandbox {
 
@@ -57,6 +58,8 @@ struct Report {
     std::vector<std::string> repairs;    ///< one sentence for each part whose mesh was repaired
     std::string safetyFault;             ///< the guard that switched the force off for good; empty if none did
     std::string deviceTrouble;           ///< troubleOf() the device at the end
+    std::optional<Pose> toolPose;        ///< of its node at the end, mm
+    std::optional<FileFrame> toolFile;   ///< of the tool, where its file is known
     std::string gauge;                   ///< name of the scene's gauge; empty without one
     GaugeReading depth;                  ///< readings of the gauge
     std::vector<OutcomeCheck> checks;    ///< of the expected outcome; without checks it is met
@@ -87,6 +90,7 @@ class RunStatistics {
     std::vector<double> stepUs_, collisionUs_, solveUs_, shadowUs_, helperUs_;
     std::vector<double> pairs_, rows_, iterations_, penetration_, hover_, margin_, forceChange_, shadowError_;
     std::optional<Gauge> gauge_;
+    std::optional<Pose> toolPose_;
     GaugeReading depth_;
     std::int64_t truncated_ = 0;
     double force_ = 0, torque_ = 0, forceOut_ = 0;

@@ -1,5 +1,7 @@
 #include "haptics/sandbox/scene/role.hpp"
 
+#include "haptics/sandbox/scene/units.hpp"
+
 namespace touchstone::sandbox {
 
 engine::Entity roleOwner(const engine::Registry& registry, engine::Entity node) {
@@ -8,6 +10,18 @@ engine::Entity roleOwner(const engine::Registry& registry, engine::Entity node) 
         node = hierarchy ? hierarchy->parent : engine::Entity{};
     }
     return node;
+}
+
+std::array<std::array<double, 4>, 4> matrixInFile(const FileFrame& file, const Pose& X_WT) {
+    const Pose motion = file.X_WF.inverse() * X_WT * file.X_TF;
+    const Mat3 rotation = motion.R();
+    std::array<std::array<double, 4>, 4> rows{};
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) rows[std::size_t(i)][std::size_t(j)] = rotation(i, j);
+        rows[std::size_t(i)][3] = motion.p[i] / (kMmPerMeter * file.unit);
+    }
+    rows[3][3] = 1;
+    return rows;
 }
 
 }  // namespace touchstone::sandbox

@@ -8,6 +8,7 @@
 #include "engine/scene/physics_materials.hpp"
 #include "engine/scene/scene.hpp"
 #include "haptics/builder/tree_builder.hpp"
+#include "haptics/math/rigid.hpp"
 
 namespace touchstone::sandbox {
 
@@ -39,6 +40,17 @@ struct CadFit {
     std::optional<double> clearance;  ///< of the tool: the least between the surfaces of tool and obstacles
 };
 
+/// Where the file of a part has its coordinates.
+struct FileFrame {
+    double unit = 1;  ///< m, of its coordinates
+    Pose X_WF;        ///< its frame in the scene, for parts that stay where they are modeled, mm
+    Pose X_TF;        ///< its frame in the part's node, mm
+};
+
+/// The motion that takes a part from its place in its file to where it is in the scene, in the unit and on the axes of
+/// the file; rows of a 4 x 4 matrix.
+std::array<std::array<double, 4>, 4> matrixInFile(const FileFrame& file, const Pose& X_WT);
+
 /// Component of the tool and of obstacles.
 struct BodyMarking {
     TreeOptions tree;
@@ -46,6 +58,7 @@ struct BodyMarking {
     std::optional<double> stiffness = {}, torsion = {};  ///< of the tool: N/mm, mN·m/rad
     std::optional<PartFriction> friction = {};           ///< nothing: the part is frictionless
     std::optional<CadFit> cad = {};                      ///< nothing: the part is not from a CAD file
+    std::optional<FileFrame> file = {};                  ///< of the tool; nothing: its file is the scene
 };
 
 /// The node itself or its nearest ancestor that has a role; null if there is none.

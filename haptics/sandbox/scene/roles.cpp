@@ -145,6 +145,18 @@ void RoleReader::readMark(Entity node, engine::Fields& fields, std::optional<Rol
         body.cad->clearance = cad->number("clearance_mm", 0, 1e3);
         cad->warnUnknown(found_.warnings);
     }
+    if (auto file = fields.object("file")) {
+        body.file.emplace();
+        body.file->unit = file->number("unit_m", 1e-6, 1e3).value_or(1);
+        for (const auto& [key, pose] :
+             {std::pair("in_scene", &body.file->X_WF), std::pair("in_node", &body.file->X_TF)})
+            if (auto place = file->object(key)) {
+                pose->p = toMm(place->vector("translation").value_or(glm::dvec3(0)));
+                pose->q = toEigen(place->quaternion("rotation").value_or(glm::dquat(1, 0, 0, 0)));
+                place->warnUnknown(found_.warnings);
+            }
+        file->warnUnknown(found_.warnings);
+    }
     scene_.registry.add(node, body);
     // Their contents are read later, when tool and goal are known.
     for (const char* key : {"goal", "gauge", "outcome"}) fields.object(key);

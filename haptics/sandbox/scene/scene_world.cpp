@@ -320,6 +320,11 @@ std::vector<std::string> repairSentences(const HapticScene& scene) {
     return sentences;
 }
 
+std::optional<FileFrame> toolFile(const HapticScene& scene) {
+    const BodyMarking* tool = scene.roles.tool ? scene.scene.registry.find<BodyMarking>(scene.roles.tool) : nullptr;
+    return tool ? tool->file : std::nullopt;
+}
+
 std::vector<std::string> reshapedSentences(const HapticScene& scene) {
     std::vector<std::string> sentences;
     for (std::size_t body = 0; body < scene.repairs.size(); ++body)

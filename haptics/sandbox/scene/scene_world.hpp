@@ -113,6 +113,9 @@ std::vector<std::string> repairSentences(const HapticScene& scene);
 /// Those of them about parts whose surface that changed, which a user feels.
 std::vector<std::string> reshapedSentences(const HapticScene& scene);
 
+/// Where the tool's own file has its coordinates; nothing if that is not known.
+std::optional<FileFrame> toolFile(const HapticScene& scene);
+
 /// Name of the scene in reports: the file's without folder and extension; without a file, that of the glTF scene.
 std::string sceneName(const HapticScene& scene);
 

@@ -301,6 +301,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     run.report = reportOf(sceneName(scene), options.device, pass.settings());
     run.report.bySpheres = touchedBySpheres(scene, pass.settings());
     run.report.repairs = repairSentences(scene);
+    run.report.toolFile = toolFile(scene);
     std::optional<PenetrationMeter> meter;
     std::uint64_t ticks = 0;
     // A paced pass that ends before this one begins is half of the run.
