@@ -120,6 +120,25 @@ TEST_CASE("step: with --keep-clearance facets take nothing from it", "[program]"
     checkFit("--keep-clearance", 0);
 }
 
+TEST_CASE("step: a bolt and a nut keep the clearance that was drawn, and are closed", "[program]") {
+    if (!readsStep()) return;
+    const Program touchstone;
+    draw(touchstone, "bolt", "bolt.step");
+    draw(touchstone, "nut", "nut.step");
+    const Answer made =
+        touchstone("new --tool nut.step --obstacle bolt.step --up z --no-mate --keep-clearance -o fit.glb");
+    INFO(made.err);
+    REQUIRE(made.code == 0);
+    // Crest and root are drawn 0.1 mm apart: the helices have facets of a tenth of that, and no more than these need.
+    CHECK_THAT(made.out, Contains("clearance 0.1 mm"));
+    const sandbox::HapticScene scene = open(touchstone.file("fit.glb"));
+    CHECK(scene.defects == std::vector<std::string>(2));
+    std::size_t faces = 0;
+    for (const Surface* surface : {scene.world->tool.surface.get(), scene.world->obstacles[0].part.surface.get()})
+        faces += surface->features.faces.size();
+    CHECK(faces < 12000);
+}
+
 TEST_CASE("step: the parts of an assembly are tool and obstacles where they are", "[program]") {
     if (!readsStep()) return;
     const Program touchstone;

@@ -172,11 +172,11 @@ void meshByDeflection(const TopoDS_Shape& solids, double deviation) {
 Gathered meshOf(const TopoDS_Shape& solids, const std::vector<TopoDS_Face>& faces, double deviation, double deflection,
                 bool inStep, std::vector<CadFace>& described) {
     BRepTools::Clean(solids);
-    const std::vector<int> facets = facetsOf(faces, described, deviation, inStep);
-    if (applyPatterns(faces, facets, deviation)) {
+    const std::vector<Pattern> patterns = patternsOf(faces, described, deviation, inStep);
+    if (applyPatterns(faces, patterns, deviation)) {
         meshByDeflection(solids, deflection);
         Gathered all = gather(solids, faces);
-        for (std::size_t i = 0; i < faces.size(); ++i) described[i].facets = std::uint32_t(facets[i]);
+        for (std::size_t i = 0; i < faces.size(); ++i) described[i].facets = std::uint32_t(patterns[i].facets);
         if (all.closed) return all;
     }
     // Open Cascade alone closes some parts that lines along the axis do not.

@@ -20,6 +20,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "tools/step/step_faces.hpp"
 #include "tools/step/step_polygons.hpp"
 #include "tools/step/step_reader.hpp"
 
@@ -31,8 +32,9 @@ namespace {
 
 constexpr int kFewestFacets = 16;
 constexpr int kMostFacets = 100'000;
-constexpr double kOnLine = 1e-6;    // of a facet: nearer to a line counts as on it
-constexpr double kSameAxis = 1e-6;  // of the radius, and rad
+// Of a facet: nearer to a line counts as on it. The splines of a thread's flank and crest agree to less on their turns.
+constexpr double kOnLine = 0.01;
+constexpr double kSameAxis = 1e-5;  // of the radius, and rad
 
 /// The counts of holes have no other prime factors than 2 and 3, those of shafts neither: so no two of them share one.
 /// In step, all are powers of 2.
@@ -53,13 +55,19 @@ bool areCoaxial(const CadFace& a, const CadFace& b) {
 /// One side of an edge, on a face with a pattern.
 struct Side {
     Handle(Geom2d_Curve) curve;
-    int facets = 0;
+    Pattern pattern;
     bool coneSeam = false;
 
-    /// In facets from the line where the surface begins; whole numbers lie on lines.
-    double at(double t) const {
-        const double s = curve->Value(t).X() * facets / (2 * std::numbers::pi), whole = std::round(s);
-        return std::abs(s - whole) < kOnLine ? whole : s;
+    /// Across the lines.
+    double across(double t) const {
+        const gp_Pnt2d uv = curve->Value(t);
+        return pattern.start + pattern.rate * (pattern.alongV ? uv.Y() : uv.X());
+    }
+    /// Across the lines and along them, turned as the parameters (u, v) are. What is nearly on a line is on it.
+    SlabNode at(double t) const {
+        const gp_Pnt2d uv = curve->Value(t);
+        const double s = across(t), whole = std::round(s), along = pattern.alongV ? -uv.X() : uv.Y();
+        return {std::abs(s - whole) < kOnLine ? whole : s, pattern.rate > 0 ? along : -along};
     }
 };
 
@@ -79,17 +87,17 @@ class EdgeDivider {
 
     EdgePoints divide() {
         std::vector<double>& t = out_.parameters;
-        t = {first_, last_};
         const GeomAbs_CurveType type = curve_.IsNull() ? GeomAbs_Line : GeomAdaptor_Curve(curve_).GetType();
-        if (type != GeomAbs_Line && type != GeomAbs_Circle) {
-            constexpr int kSeeds = 8;
-            t.clear();
-            for (int i = 0; i < kSeeds; ++i) bisect(along(double(i) / kSeeds), along(double(i + 1) / kSeeds), 0);
-            t.push_back(last_);
-        } else if (std::ranges::any_of(sides_, &Side::coneSeam)) {
-            // Open Cascade divides the seam of a cone if it has no point within, and meshes the cone by itself then.
-            t.insert(t.begin() + 1, along(0.5));
-        }
+        // Where the edge turns back between two samples, its line does not cross what it passes twice.
+        const int samples = type == GeomAbs_Line ? 1 : 64;
+        for (int i = 0; i <= samples; ++i) t.push_back(along(double(i) / samples));
+        const std::vector<double> sampled = t;
+        cross();
+        std::erase_if(
+            t, [&](double at) { return at != first_ && at != last_ && std::ranges::binary_search(sampled, at); });
+        // Open Cascade divides the seam of a cone if it has no point within, and meshes the cone by itself then.
+        if (std::ranges::any_of(sides_, &Side::coneSeam)) t.insert(t.begin() + 1, along(0.5));
+        if (type != GeomAbs_Line) refine();
         // A point that is added on one side may bend the other side's line across one of its lines.
         constexpr int kRounds = 20;
         for (int round = 0; round < kRounds && cross(); ++round) {
@@ -102,11 +110,20 @@ class EdgeDivider {
     double along(double part) const { return part < 1 ? first_ + part * (last_ - first_) : last_; }
     gp_Pnt vertex() const { return BRep_Tool::Pnt(TopExp::FirstVertex(edge_)); }
 
+    /// Adds points as far as pieces deviate from lines.
+    void refine() {
+        const std::vector<double> before = std::move(out_.parameters);
+        out_.parameters.clear();
+        for (std::size_t i = 0; i + 1 < before.size(); ++i) bisect(before[i], before[i + 1], 0);
+        out_.parameters.push_back(before.back());
+    }
+
     /// Adds the beginning of the piece, and points within as far as it deviates from a line.
     void bisect(double a, double b, int depth) {
         constexpr int kDeepest = 14;
+        constexpr double kRounding = 1.01;  // a facet's own arc deviates by exactly as much as is allowed
         const gp_Pnt p = curve_->Value(a), q = curve_->Value(b), middle = curve_->Value((a + b) / 2);
-        const bool fine = middle.Distance(gp_Pnt((p.XYZ() + q.XYZ()) / 2)) <= deviation_;
+        const bool fine = middle.Distance(gp_Pnt((p.XYZ() + q.XYZ()) / 2)) <= kRounding * deviation_;
         if (fine || depth == kDeepest) {
             out_.parameters.push_back(a);
             return;
@@ -122,9 +139,13 @@ class EdgeDivider {
         for (std::size_t i = 0; i + 1 < t.size(); ++i) {
             std::vector<double> added{t[i]};
             for (const Side& side : sides_) {
-                const double a = side.at(t[i]), b = side.at(t[i + 1]);
-                for (double line = std::floor(std::min(a, b)) + 1; line < std::max(a, b); ++line)
-                    added.push_back(root(side, line, t[i], t[i + 1]));
+                const double a = side.at(t[i]).s, b = side.at(t[i + 1]).s;
+                for (double line = std::floor(std::min(a, b)) + 1; line < std::max(a, b); ++line) {
+                    const double at = root(side, line, t[i], t[i + 1]);
+                    // The other side may have a line there already.
+                    const auto isNear = [&](double known) { return std::abs(side.across(known) - line) < kOnLine; };
+                    if (std::ranges::none_of(added, isNear) && !isNear(t[i + 1])) added.push_back(at);
+                }
             }
             std::sort(added.begin(), added.end());
             const double near = 1e-9 * (last_ - first_);
@@ -138,10 +159,10 @@ class EdgeDivider {
     }
 
     static double root(const Side& side, double line, double low, double high) {
-        const bool rises = side.at(high) > line;
+        const bool rises = side.across(high) > line;
         constexpr int kHalvings = 60;
         for (int i = 0; i < kHalvings; ++i) {
-            const double middle = (low + high) / 2, s = side.at(middle);
+            const double middle = (low + high) / 2, s = side.across(middle);
             if (s == line) return middle;
             ((s < line) == rises ? low : high) = middle;
         }
@@ -156,13 +177,13 @@ class EdgeDivider {
     EdgePoints out_;
 };
 
-Side sideOf(const TopoDS_Edge& edge, const TopoDS_Face& face, int facets) {
+Side sideOf(const TopoDS_Edge& edge, const TopoDS_Face& face, const Pattern& pattern) {
     double first = 0, last = 0;
-    return {.curve = BRep_Tool::CurveOnSurface(edge, face, first, last), .facets = facets};
+    return {.curve = BRep_Tool::CurveOnSurface(edge, face, first, last), .pattern = pattern};
 }
 
 /// Makes and stores the triangles of one face. False if its boundary does not enclose an area.
-bool triangulate(const TopoDS_Face& oriented, int facets, const TopTools_IndexedMapOfShape& edges,
+bool triangulate(const TopoDS_Face& oriented, const Pattern& pattern, const TopTools_IndexedMapOfShape& edges,
                  const std::vector<EdgePoints>& pointsOf) {
     const TopoDS_Face face = TopoDS::Face(oriented.Oriented(TopAbs_FORWARD));
     struct Use {
@@ -178,26 +199,26 @@ bool triangulate(const TopoDS_Face& oriented, int facets, const TopTools_Indexed
         const TopoDS_Edge& edge = TopoDS::Edge(i.Current());
         if (edge.Orientation() != TopAbs_FORWARD && edge.Orientation() != TopAbs_REVERSED) continue;
         const EdgePoints& along = pointsOf[std::size_t(edges.FindIndex(edge)) - 1];
-        const Side side = sideOf(edge, face, facets);
+        const Side side = sideOf(edge, face, pattern);
         if (side.curve.IsNull()) return false;
         const TopoDS_Vertex ends[]{TopExp::FirstVertex(edge), TopExp::LastVertex(edge)};
         Use& use = uses.emplace_back(Use{edge, {}});
         const std::size_t count = along.parameters.size();
         for (std::size_t k = 0; k < count; ++k) {
-            const double s = side.at(along.parameters[k]);
+            const SlabNode place = side.at(along.parameters[k]);
             const gp_Pnt2d uv = side.curve->Value(along.parameters[k]);
             const bool isEnd = k == 0 || k + 1 == count;
             const TopoDS_Vertex& vertex = ends[k > 0];
             const auto corner = std::ranges::find_if(corners, [&](const auto& known) {
                 return isEnd && known.first.IsSame(vertex) &&
-                       std::abs(area.nodes[std::size_t(known.second)].s - s) < 0.5;
+                       std::abs(area.nodes[std::size_t(known.second)].s - place.s) < 0.5;
             });
             if (corner != corners.end()) {
                 use.nodes.push_back(corner->second);
                 continue;
             }
             const int node = int(points.size());
-            area.nodes.push_back({s, uv.Y()});
+            area.nodes.push_back(place);
             points.push_back(along.points[k]);
             parameters.push_back(uv);
             use.nodes.push_back(node);
@@ -246,11 +267,73 @@ bool triangulate(const TopoDS_Face& oriented, int facets, const TopTools_Indexed
     return true;
 }
 
+/// The least distances at which a free-form surface counts as a pattern's.
+constexpr double kStraight = 0.1;  // of the deviation: how far lines across the turns may bend
+constexpr double kEven = 0.05;     // of a facet: how far its turns may run ahead of its parameter
+
+/// Sets where the lines of a thread or another free-form surface about an axis lie, if one of its parameters runs
+/// evenly about the axis and the other along straight lines. Else it has no pattern.
+void findLines(const TopoDS_Face& shape, const CadFace& face, double deviation, Pattern& pattern) {
+    const BRepAdaptor_Surface surface(shape, false);
+    const double low[]{surface.FirstUParameter(), surface.FirstVParameter()};
+    const double high[]{surface.LastUParameter(), surface.LastVParameter()};
+    // Angles count from the same direction on all faces about an axis, whatever its sign and last digits.
+    const glm::dvec3 axis = face.axis;
+    const glm::dvec3 least = std::abs(axis.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    const glm::dvec3 zero = glm::normalize(least - glm::dot(least, axis) * axis), quarter = glm::cross(axis, zero);
+    for (const bool alongV : {false, true}) {
+        const auto value = [&](double about, double across) {
+            const double p = low[alongV] + about * (high[alongV] - low[alongV]);
+            const double q = low[!alongV] + across * (high[!alongV] - low[!alongV]);
+            return meters((alongV ? surface.Value(q, p) : surface.Value(p, q)).XYZ());
+        };
+        constexpr int kSamples = 2000;  // of up to 500 turns
+        std::vector<double> angles;
+        bool isStraight = true;
+        for (int i = 0; i <= kSamples && isStraight; ++i) {
+            const double about = double(i) / kSamples;
+            const glm::dvec3 middle = value(about, 0.5), from = middle - face.origin;
+            double angle = std::atan2(glm::dot(from, quarter), glm::dot(from, zero));
+            if (!angles.empty())
+                angle += 2 * std::numbers::pi * std::round((angles.back() - angle) / (2 * std::numbers::pi));
+            angles.push_back(angle);
+            if (i % 50 == 0)
+                isStraight = glm::length((value(about, 0) + value(about, 1)) / 2.0 - middle) <
+                             kStraight * deviation * kMetersPerUnit;
+        }
+        if (!isStraight) continue;
+        const double whole = angles.back() - angles.front(), perFacet = 2 * std::numbers::pi / pattern.facets;
+        bool isEven = std::abs(whole) > perFacet;
+        for (int i = 0; i <= kSamples && isEven; ++i)
+            isEven = std::abs(angles[std::size_t(i)] - angles[0] - whole * i / kSamples) < kEven * perFacet;
+        if (!isEven) continue;
+        pattern.alongV = alongV;
+        pattern.rate = whole / (high[alongV] - low[alongV]) / perFacet;
+        pattern.start = angles[0] / perFacet - pattern.rate * low[alongV];
+        return;
+    }
+    pattern.facets = 0;
+}
+
+/// The largest distance of the face from its axis, m.
+double reachOf(const TopoDS_Face& shape, const CadFace& face) {
+    if (face.surface != engine::CadSurface::Helicoid) {
+        const double slope = std::tan(face.halfAngle);
+        return std::max(std::abs(face.radius + slope * face.from), std::abs(face.radius + slope * face.to));
+    }
+    double reach = 0;
+    for (TopExp_Explorer k(shape, TopAbs_VERTEX); k.More(); k.Next()) {
+        const glm::dvec3 from = meters(BRep_Tool::Pnt(TopoDS::Vertex(k.Current())).XYZ()) - face.origin;
+        reach = std::max(reach, glm::length(from - glm::dot(from, face.axis) * face.axis));
+    }
+    return reach;
+}
+
 }  // namespace
 
-std::vector<int> facetsOf(const std::vector<TopoDS_Face>& faces, const std::vector<CadFace>& described,
-                          double deviation, bool inStep) {
-    std::vector<int> facets(faces.size(), 0);
+std::vector<Pattern> patternsOf(const std::vector<TopoDS_Face>& faces, const std::vector<CadFace>& described,
+                                double deviation, bool inStep) {
+    std::vector<Pattern> patterns(faces.size());
     std::vector<std::size_t> group(faces.size());
     std::iota(group.begin(), group.end(), std::size_t(0));
     const auto rootOf = [&](std::size_t i) {
@@ -261,15 +344,13 @@ std::vector<int> facetsOf(const std::vector<TopoDS_Face>& faces, const std::vect
     std::vector<std::vector<std::size_t>> facesAt;
     for (std::size_t i = 0; i < faces.size(); ++i) {
         const CadFace& face = described[i];
-        // A free-form surface that is a cylinder has other parameters.
-        const GeomAbs_SurfaceType type = BRepAdaptor_Surface(faces[i], false).GetType();
-        if (type != GeomAbs_Cylinder && type != GeomAbs_Cone) continue;
-        const double slope = std::tan(face.halfAngle);
-        const double radius =
-            std::max(std::abs(face.radius + slope * face.from), std::abs(face.radius + slope * face.to));
+        if (face.surface != engine::CadSurface::Cylinder && face.surface != engine::CadSurface::Cone &&
+            face.surface != engine::CadSurface::Helicoid)
+            continue;
+        const double radius = reachOf(faces[i], face);
         const double part = deviation * kMetersPerUnit / radius;
         const double count = part < 1 ? std::ceil(std::numbers::pi / std::acos(1 - part) - 1e-9) : 0;
-        facets[i] = int(std::clamp<double>(count, kFewestFacets, kMostFacets));
+        patterns[i].facets = int(std::clamp<double>(count, kFewestFacets, kMostFacets));
         for (TopExp_Explorer k(faces[i], TopAbs_EDGE); k.More(); k.Next()) {
             const int at = edges.Add(k.Current());
             facesAt.resize(std::size_t(edges.Extent()));
@@ -281,27 +362,34 @@ std::vector<int> facetsOf(const std::vector<TopoDS_Face>& faces, const std::vect
         for (const std::size_t other : here)
             if (areCoaxial(described[here.front()], described[other])) group[rootOf(other)] = rootOf(here.front());
     for (std::size_t i = 0; i < faces.size(); ++i) {
-        int& most = facets[rootOf(i)];
-        most = std::max(most, facets[i]);
+        int& most = patterns[rootOf(i)].facets;
+        most = std::max(most, patterns[i].facets);
     }
     for (std::size_t i = 0; i < faces.size(); ++i)
-        if (facets[i] > 0) {
-            facets[i] = facets[rootOf(i)];
-            while (!isAllowed(facets[i], described[i].hollow, inStep)) ++facets[i];
-        }
-    return facets;
+        if (patterns[i].facets > 0) patterns[i].facets = patterns[rootOf(i)].facets;
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+        Pattern& pattern = patterns[i];
+        if (pattern.facets == 0) continue;
+        while (!isAllowed(pattern.facets, described[i].hollow, inStep)) ++pattern.facets;
+        const GeomAbs_SurfaceType type = BRepAdaptor_Surface(faces[i], false).GetType();
+        if (type == GeomAbs_Cylinder || type == GeomAbs_Cone)
+            pattern.rate = pattern.facets / (2 * std::numbers::pi);
+        else
+            findLines(faces[i], described[i], deviation, pattern);
+    }
+    return patterns;
 }
 
-bool applyPatterns(const std::vector<TopoDS_Face>& faces, const std::vector<int>& facets, double deviation) {
+bool applyPatterns(const std::vector<TopoDS_Face>& faces, const std::vector<Pattern>& patterns, double deviation) {
     TopTools_IndexedMapOfShape edges;
     std::vector<std::vector<Side>> sides;
     for (std::size_t i = 0; i < faces.size(); ++i) {
-        if (facets[i] == 0) continue;
+        if (patterns[i].facets == 0) continue;
         const TopoDS_Face face = TopoDS::Face(faces[i].Oriented(TopAbs_FORWARD));
         for (TopExp_Explorer k(face, TopAbs_EDGE); k.More(); k.Next()) {
             const int at = edges.Add(k.Current());
             sides.resize(std::size_t(edges.Extent()));
-            Side side = sideOf(TopoDS::Edge(k.Current()), face, facets[i]);
+            Side side = sideOf(TopoDS::Edge(k.Current()), face, patterns[i]);
             if (side.curve.IsNull()) return false;
             side.coneSeam = BRepAdaptor_Surface(face, false).GetType() == GeomAbs_Cone &&
                             BRep_Tool::IsClosed(TopoDS::Edge(k.Current()), face);
@@ -312,7 +400,7 @@ bool applyPatterns(const std::vector<TopoDS_Face>& faces, const std::vector<int>
     for (int i = 1; i <= edges.Extent(); ++i)
         points.push_back(EdgeDivider(TopoDS::Edge(edges(i)), std::move(sides[std::size_t(i) - 1]), deviation).divide());
     for (std::size_t i = 0; i < faces.size(); ++i)
-        if (facets[i] > 0 && !triangulate(faces[i], facets[i], edges, points)) return false;
+        if (patterns[i].facets > 0 && !triangulate(faces[i], patterns[i], edges, points)) return false;
     return true;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// Triangles of cylinders and cones with lines along the axis in equal distances, and what their edges share with other
-// faces.
+// Triangles of cylinders, cones and threads with lines across the turns in equal distances, and what their edges share
+// with other faces.
 #include <TopoDS_Face.hxx>
 #include <TopoDS_Shape.hxx>
 #include <map>
@@ -11,12 +11,19 @@
 
 namespace touchstone::step {
 
-/// Facets per turn of each face; 0 for faces that are left to Open Cascade. `deviation` in mm.
-std::vector<int> facetsOf(const std::vector<TopoDS_Face>& faces, const std::vector<engine::CadFace>& described,
-                          double deviation, bool inStep);
+/// Where the lines of a face lie: at whole numbers of s = start + rate · parameter.
+struct Pattern {
+    int facets = 0;       ///< per turn; 0 for faces that are left to Open Cascade
+    bool alongV = false;  ///< the parameter that runs about the axis is v, else u
+    double start = 0, rate = 0;
+};
+
+/// The patterns of cylinders, cones and threads. `deviation` in mm.
+std::vector<Pattern> patternsOf(const std::vector<TopoDS_Face>& faces, const std::vector<engine::CadFace>& described,
+                                double deviation, bool inStep);
 
 /// Triangulates the faces that have facets, in the shape itself, so that Open Cascade takes the points of their edges
 /// for the faces beside them. Returns false if a face cannot be: then the shape has triangles of some faces only.
-bool applyPatterns(const std::vector<TopoDS_Face>& faces, const std::vector<int>& facets, double deviation);
+bool applyPatterns(const std::vector<TopoDS_Face>& faces, const std::vector<Pattern>& patterns, double deviation);
 
 }  // namespace touchstone::step
