@@ -102,6 +102,11 @@ TEST_CASE("mates: options overrule what was found", "[program]") {
     CHECK((a.X_WT.p - b.X_WT.p).norm() < 0.0024);
     CHECK(a.depth == Approx(b.depth).margin(1e-4));
 
+    drawPart(touchstone, "nut", "");  // its thread fits no hole
+    const Answer lost = touchstone("new --tool nut.step --obstacle block.step --up z -o d.glb");
+    CHECK(lost.code == 0);
+    CHECK_THAT(lost.out, Contains("warning: nothing of the tool fits into or over an obstacle"));
+
     const Answer none = touchstone("new --no-mate --tool peg.step --obstacle block.step --up z --demo -o c.glb");
     CHECK(none.code != 0);
     CHECK_THAT(none.err, Contains("--demo needs a goal"));

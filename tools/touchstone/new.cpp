@@ -290,6 +290,11 @@ int makeNew(const NewOptions& options) {
         finer.deviation = engine::formatted("%.9fmm", std::min(kCoarsest, kOfClearance * mate->clearance * 1000));
         step = stepParts(options, finer);
     }
+    if (!mate && !parts.goal && !step.tool().parts.empty() && !options.noMate)
+        warnings.emplace_back(
+            "nothing of the tool fits into or over an obstacle by its surfaces, so it has no goal: put it in place in "
+            "the "
+            "window and choose *Set goal here*, or give --goal or --assembled");
     if (!options.thread.empty()) {
         if (!parts.goal) throw UsageError("--thread needs a goal: give --goal DEPTH, or --assembled");
         parts.goal->lead = leadOf(options);
