@@ -27,7 +27,7 @@ constexpr std::array kMagic = {
     Magic{"7z\xbc\xaf", "a 7z archive", "unpack it and open the .gltf or .glb inside"},
     Magic{"%PDF", "a PDF document", kExport},
     Magic{"ISO-10303-21", "a STEP file",
-          "create a scene of its parts with touchstone new, which wants a name that ends in .step or .stp"},
+          "create a scene of its parts with touchstone new, to which STEP files are named .step or .stp"},
     Magic{"DBRep_DrawableShape", "a BREP file of Open Cascade", kCad},
     Magic{"CASCADE Topology", "a BREP file of Open Cascade", kCad},
     Magic{"**ABCDEFGHIJKLMNOPQRSTUVWXYZ", "a Parasolid file", kCad},

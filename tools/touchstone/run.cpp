@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "engine/scene/folders.hpp"
+#include "engine/scene/step_file.hpp"
 #include "engine/ui/user_files.hpp"
 #include "engine/view/image_file.hpp"
 #include "haptics/device/device_table.hpp"
@@ -275,7 +276,10 @@ std::optional<sandbox::PlotsTab> tabOf(const std::string& name) {
 }
 
 int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
-    const sandbox::HapticScene scene = checkedScene(file, options, std::make_shared<MouseTarget>());
+    // The window itself reads a STEP file, and shows how far it is.
+    const sandbox::HapticScene scene = engine::isStepFile(file)
+                                           ? sandbox::HapticScene()
+                                           : checkedScene(file, options, std::make_shared<MouseTarget>());
     const std::unique_ptr<TickTable> table = tableFor(options);
     LiveReport live(table.get());
     sandbox::LiveSession* session = nullptr;  // set in the first frame
