@@ -32,7 +32,8 @@ namespace {
 
 constexpr int kFewestFacets = 16;
 constexpr int kMostFacets = 100'000;
-// Of a facet: nearer to a line counts as on it. The splines of a thread's flank and crest agree to less on their turns.
+// Fraction of a facet within which a point counts as on a line. The splines of a thread's flank and crest agree to less
+// on their turns.
 constexpr double kOnLine = 0.01;
 constexpr double kSameAxis = 1e-5;  // of the radius, and rad
 

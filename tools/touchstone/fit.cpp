@@ -118,7 +118,7 @@ constexpr const char* kFitFooter =
     "Measures the clearance between the meshes at the goal and on the way in, or along the demonstration where there\n"
     "is no goal: the largest that the tool finds by moving up to 1 mm (4 % of the reach of a smaller tool), and at\n"
     "the goal within its tolerance. A goal inside an obstacle is named, with the turn or the height at which the tool\n"
-    "fits. Of parts from STEP files, also the clearance between their surfaces as drawn, and what tessellation took of "
+    "fits. For parts from STEP files also the clearance between their surfaces as drawn, and what tessellation took of "
     "it. For a thread, how steeply its facets rise: where that is less than the lead, friction holds it sooner.\n\n"
     "Examples:\n"
     "  touchstone fit peg-h7                      0.01 mm, and what the contact distance leaves of it\n"

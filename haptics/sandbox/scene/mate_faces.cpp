@@ -111,7 +111,7 @@ bool isRound(const engine::CadFace& face, const MateFrame& frame) {
     return along && (onAxis || face.surface == CadSurface::Plane);
 }
 
-/// Of a face along a direction.
+/// Where a face begins and ends along a direction.
 dvec2 extent(const MateFace& face, const dvec3& along) {
     dvec2 range(1e30, -1e30);
     for (const dvec3& p : face.points) {
