@@ -36,7 +36,8 @@ constexpr double kShare = 0.1;         // of the clearance
 constexpr double kCoarsest = 0.05e-3;  // m
 constexpr double kFinest = 0.2e-6;     // m
 constexpr double kMostTriangles = 1e6;
-constexpr double kAngle = 0.35;  // rad between neighboring triangles, on surfaces without a pattern
+constexpr double kMostByOcct = 1e5;  // of surfaces without a pattern, for which Open Cascade takes ever longer
+constexpr double kAngle = 0.35;      // rad between neighboring triangles, on surfaces without a pattern
 
 /// The triangles of all faces, whose common points are one.
 struct Gathered {
@@ -193,7 +194,11 @@ double withinLimit(double asked, double deviation, const Gathered& mesh, const s
         (faces[i].surface == CadSurface::Plane ? flat : faces[i].facets > 0 ? single : both) += mesh.counts[i];
     double finer = asked;
     constexpr double kStep = 1.1;
-    while (flat + single * std::sqrt(deviation / finer) + both * deviation / finer > kMostTriangles) finer *= kStep;
+    const auto fits = [&] {
+        const double byOcct = both * deviation / finer;
+        return byOcct <= kMostByOcct && flat + single * std::sqrt(deviation / finer) + byOcct <= kMostTriangles;
+    };
+    while (!fits()) finer *= kStep;
     return finer;
 }
 
@@ -257,14 +262,17 @@ void makeMesh(const TopoDS_Shape& solids, const MeshChoice& choice, CadShape& sh
     const auto meshAt = [&](double at) {
         mesh = meshOf(solids, faces, at / kMetersPerUnit, share * at / kMetersPerUnit, choice.inStep, shape.faces);
     };
+    std::ptrdiff_t missing = std::ptrdiff_t(faces.size());  // faces that have no triangles even if these are coarse
     if (deviation < kCoarsest) {
         meshAt(kCoarsest);
+        missing = std::ranges::count(mesh.counts, 0u);
         deviation = withinLimit(deviation, kCoarsest, mesh, shape.faces);
     }
     constexpr int kTries = 6;
     for (int i = 0; i < kTries; ++i) {
         meshAt(deviation);
-        if (double(mesh.triangles.size()) > kMostTriangles) {
+        const bool isTooFine = i + 1 < kTries && std::ranges::count(mesh.counts, 0u) > missing;
+        if (isTooFine || double(mesh.triangles.size()) > kMostTriangles) {
             deviation *= 2;
             continue;
         }

@@ -46,7 +46,7 @@ std::vector<CLI::Option*> addStepChoice(CLI::App& command, StepChoice& choice) {
             "--deviation", choice.deviation,
             "how far triangles of STEP files may deviate from the surfaces, in mm or like 1um (default: a "
             "tenth of the least clearance between the parts, at most 0.05 mm, at least 0.2 µm, and at "
-            "most a million triangles for each part)"),
+            "most a million triangles for each part, 100,000 of them by Open Cascade)"),
         command
             .add_option("--facets", choice.facets,
                         "number of facets of holes and shafts of STEP files: coprime, so that those of a hole and of a "
@@ -156,10 +156,11 @@ Part StepParts::part(const Body& body, const PartFrame& frame, const engine::Mat
         const std::string name = "'" + engine::printable(part.name) + "'";
         if (!shape.problem.empty()) engine::failIn(body.file, "", "the part " + name + " " + shape.problem);
         if (shape.limited)
-            out.notes.push_back(body.file.string() + ": the part " + name +
-                                " would have more than a million triangles at " + lengthWords(shape.asked) +
-                                " from its surfaces: they deviate by up to " + lengthWords(shape.deviation) +
-                                "; a larger --deviation silences this");
+            out.notes.push_back(
+                body.file.string() + ": the part " + name +
+                " would have more than a million triangles, or 100,000 of those that Open Cascade makes, at " +
+                lengthWords(shape.asked) + " from its surfaces: they deviate by up to " + lengthWords(shape.deviation) +
+                "; a larger --deviation silences this");
         else if (shape.deviation > kBeside * shape.asked)
             out.notes.push_back(body.file.string() + ": triangles of the part " + name + " deviate by up to " +
                                 lengthWords(shape.deviation) +
