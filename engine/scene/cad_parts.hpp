@@ -62,7 +62,7 @@ struct CadPart {
 /// The content of one file.
 struct CadAssembly {
     std::string name = {};    ///< of the root; may be empty
-    std::string schema = {};  ///< "AP203", "AP214", "AP242", as the file's header has it if it is none of these
+    std::string schema = {};  ///< "AP203", "AP214" or "AP242"; of another file, what its header says
     std::string unit = {};    ///< of lengths in the file: "mm", "in", ...
     double metersPerUnit = 0.001;
     std::vector<CadShape> shapes = {};

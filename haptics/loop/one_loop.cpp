@@ -383,6 +383,9 @@ SolveStatus OneLoop::solveOnRows(const Vec6& wanted, double drag, Vec6& x) {
         return solved.status;
     }
     const ContactForces::Result result = friction_.solve(wanted, drag);
+    // No forces hold the tool with that drag: the step is a part of the answer before.
+    if (drag > 0 && result.status == SolveStatus::Solved && result.friction == FrictionStatus::None)
+        return result.status;
     x = rendered_ = result.x;
     screened_ = state_.rows.size();
     slack_ = result.slack;
@@ -531,7 +534,7 @@ Vec6 OneLoop::halved(Vec6 x) {
     return deeper ? Vec6(Vec6::Zero()) : x;
 }
 
-/// Makes x a step of which it isn't known yet whether it may be made.
+/// Shortens x, which no sweep has shown to be free, until it may be made.
 void OneLoop::takeCarefully(Vec6& x) {
     const Vec6 whole = x;
     x = halved(x);

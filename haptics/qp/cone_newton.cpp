@@ -413,7 +413,7 @@ bool ConeNewton::follow(Vec6& x) {
             to += d;
             if (!y.allFinite() || !(std::abs(to - at) < 20)) break;
         }
-        // Shorten the step if that failed; accept the point and lengthen the next step otherwise.
+        // If that failed, shorten the step; if not, accept the point and lengthen the next step.
         if (!onPath) {
             cap /= 2;
             if (!begun || cap < kOnPath) return false;

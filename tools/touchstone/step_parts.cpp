@@ -93,8 +93,7 @@ StepParts::StepParts(const fs::path& assembly, const std::string& tool, const st
 
 StepParts::StepParts(const fs::path& tool, const std::vector<fs::path>& obstacles, const StepChoice& choice) {
     std::vector<fs::path> files;
-    for (const fs::path* file : {&tool})
-        if (engine::isStepFile(*file)) files.push_back(*file);
+    if (engine::isStepFile(tool)) files.push_back(tool);
     for (const fs::path& file : obstacles)
         if (engine::isStepFile(file)) files.push_back(file);
     if (files.empty() && choice.given())

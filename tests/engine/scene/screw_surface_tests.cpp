@@ -65,7 +65,7 @@ TEST_CASE("screw surface: a crest of a thread is a cylinder", "[cad]") {
     checkAxis(*found);
 }
 
-TEST_CASE("screw surface: other surfaces are none", "[cad]") {
+TEST_CASE("screw surface: other surfaces are not taken for one", "[cad]") {
     CHECK_FALSE(screwSurface(sampled([](double u, double v) { return glm::dvec3(u, v, 0); })));
     CHECK_FALSE(screwSurface(sampled([](double u, double v) { return onRound(std::cos(v), u, std::sin(v)); })));
     CHECK_FALSE(screwSurface(sampled([](double u, double v) { return onRound(1 + v * v, 3 * u, v); })));  // turned
