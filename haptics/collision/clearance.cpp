@@ -147,20 +147,6 @@ class Gap {
     const float guard_;
 };
 
-/// The value of the first pair within the margin is -infinity, which ends the search.
-class FirstWithin : public Gap {
-  public:
-    FirstWithin(const Pose& X_OT, float guard, double margin) : Gap(X_OT, guard), margin_(margin) {}
-
-    double exact(const Sphere& tool, const Sphere& obstacle) const {
-        constexpr double kInfinity = std::numeric_limits<double>::infinity();
-        return Gap::exact(tool, obstacle) < margin_ ? -kInfinity : kInfinity;
-    }
-
-  private:
-    const double margin_;
-};
-
 /// The fraction of a course at which leaves meet; infinite if they do not.
 class Meeting {
   public:
@@ -236,13 +222,6 @@ double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& 
                 LeafPair* nearest) {
     const Gap gap(X_OT, floatGuard(tool, obstacle, X_OT));
     return Search(tool, obstacle, gap, atMost, nearest).run();
-}
-
-bool anyWithin(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double margin,
-               SearchBudget* budget) {
-    const FirstWithin first(X_OT, floatGuard(tool, obstacle, X_OT), margin);
-    Search search(tool, obstacle, first, margin, nullptr, budget);
-    return search.run() < margin || search.ended();
 }
 
 double freeShare(const SphereTree& tool, const SphereTree& obstacle, const Course& course, const Vec3& center,

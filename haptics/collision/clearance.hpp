@@ -16,10 +16,6 @@ struct LeafPair {
 double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost = 1e30,
                 LeafPair* nearest = nullptr);
 
-/// Whether a pair has a gap below `margin`, mm. Also true if the search ended because the budget was spent.
-bool anyWithin(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double margin,
-               SearchBudget* budget = nullptr);
-
 /// leastGap() with atMost = 0, by a walk of the same two trees, which discards pairs without overlap eight at a time.
 double deepestGap(const SphereTree& tool, const SphereTree& obstacle, TreeWalk& walk, const Pose& X_OT);
 

@@ -88,8 +88,6 @@ class ContactList {
     void beginInside(double depth, bool passes = false) { inside_ = depth, passes_ = passes, suspended_ = false; }
     double inside() const { return inside_; }
     bool suspended() const { return suspended_; }
-    /// Number of pairs that a query looks at.
-    int listed() const { return suspended_ ? 0 : narrow_.count; }
     /// The course that is expected for one tick. Searches look ahead along its motion.
     void expect(const Course& tick) { tick_ = tick; }
     void forget();
@@ -128,29 +126,15 @@ class ContactList {
     /// queries, or the list is complete for the crossing() of the step `by`.
     virtual Crossed appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin,
                                   const Crossing& by, RowSet& rows, RowSet& crossed) = 0;
-    /// The same for some pairs of features alone, by identity; those of other obstacles are passed over. Has no
-    /// precondition. It appends none of leaves, since near ones have rows.
-    virtual Crossed appendCrossedOf(std::span<const std::uint64_t> /*pairs*/, const Pose& /*X_OT*/,
-                                    const Pose& /*before*/, const Mat3& /*R_WO*/, const Crossing& /*by*/,
-                                    RowSet& /*rows*/, RowSet& /*crossed*/) {
-        return Crossed::Nothing;
-    }
-
-    /// Whether a pair has a gap below the margin, or the search for one ended with its budget. Has no precondition.
-    virtual bool anyWithin(const Pose& X_OT, double margin) const = 0;
-
     /// The overlaps of the listed pairs after a move.
     struct Overlap {
-        int toolLeaf = -1, obstacleLeaf = -1;  ///< a pair that got deeper; -1: none
-        double depth = 0;                      ///< greatest overlap after the move, mm, of the pairs up to that one
-        bool deeper() const { return toolLeaf >= 0; }
+        bool deeper = false;  ///< a pair got deeper
+        double depth = 0;     ///< greatest overlap after the move, mm, of the pairs up to that one
     };
     /// Measures the listed pairs after a move until one is deeper: its gap is below min(its gap before, -tolerance),
     /// or the move brings two features too near. Pre: the list is complete for the crossing() of the move, with the
     /// move's length as margin.
     virtual Overlap remeasure(const Pose& before, const Pose& after, double tolerance) = 0;
-    /// Whether the move makes this pair deeper.
-    virtual bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const = 0;
 
     /// Where one pair is nearest at X_OT, computed from the shapes, in the obstacle's frame, mm.
     struct Nearest {

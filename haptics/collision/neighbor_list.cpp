@@ -260,21 +260,6 @@ int NeighborList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double m
     return pairs;
 }
 
-bool NeighborList::anyWithin(const Pose& X_OT, double margin) const {
-    for (const PairEntries* entries : {&narrow_, &wide_[0], &wide_[1], offered_}) {
-        if (!entries || finder_->reserve(*entries, {X_OT, margin}) < 0) continue;
-        bool any = false;
-        forEachHit(*entries, X_OT, margin, [&](int toolLeaf, const Vec3&, int bucket, Mask mask) {
-            for (; mask && !any; mask &= mask - 1)
-                any = gap(X_OT, toolLeaf, bucket * SphereTree::kBranching + std::countr_zero(mask)) < margin;
-            return !any;
-        });
-        return any;
-    }
-    beginFlight();
-    return touchstone::anyWithin(*tool_, *obstacle_, X_OT, margin, budget_);
-}
-
 NeighborList::Overlap NeighborList::remeasure(const Pose& before, const Pose& after, double tolerance) {
     Overlap overlap;
     const Mat3 R = before.R(), R_after = after.R();
@@ -287,12 +272,9 @@ NeighborList::Overlap NeighborList::remeasure(const Pose& before, const Pose& af
         for (; mask; mask &= mask - 1) {
             const int i = std::countr_zero(mask);
             overlap.depth = std::max(overlap.depth, -now.gap[i]);
-            if (now.gap[i] < std::min(then.gap[i] - kRounding, -tolerance) && !overlap.deeper()) {
-                overlap.toolLeaf = toolLeaf;
-                overlap.obstacleLeaf = bucket * SphereTree::kBranching + i;
-            }
+            overlap.deeper = overlap.deeper || now.gap[i] < std::min(then.gap[i] - kRounding, -tolerance);
         }
-        return !overlap.deeper();
+        return !overlap.deeper;
     };
     const Course step = Course::between(before, after, extent().center);
     const double length = extent().length(step);
@@ -312,11 +294,6 @@ NeighborList::Overlap NeighborList::remeasure(const Pose& before, const Pose& af
                        1u << candidates_.obstacleLeaf(i) % SphereTree::kBranching);
     });
     return overlap;
-}
-
-bool NeighborList::isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const {
-    return gap(after, pair.toolLeaf, pair.obstacleLeaf) <
-           std::min(gap(before, pair.toolLeaf, pair.obstacleLeaf) - kRounding, -tolerance);
 }
 
 ContactList::Nearest NeighborList::nearest(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const {

@@ -22,9 +22,7 @@ class NeighborList final : public ContactList {
     /// Rows of leaf pairs run from leaf center to leaf center; pairs with coincident centers have n = 0.
     Crossed appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin, const Crossing& by,
                           RowSet& rows, RowSet& crossed) override;
-    bool anyWithin(const Pose& X_OT, double margin) const override;
     Overlap remeasure(const Pose& before, const Pose& after, double tolerance) override;
-    bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const override;
     Nearest nearest(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const override;
     double freeShare(const Course& course, double atMost) override;
 

@@ -1,46 +1,186 @@
-// Default mode: every leaf pair within a margin of the graphic tool becomes a half-space, the solver finds the feasible
-// increment that is nearest to the device, a trust cap limits it to where the linearization is valid, and the gaps are
-// measured again. Between meshes the rows are those of features that a trial step would bring too near.
+// Default mode, a loop from where the tool is to the pose that is nearest to the device.
+//
+//   repeat
+//     rows := as they are at this pose, of features the known contacts that still face each other, of leaves
+//             all pairs that are near                                                                      collectRows
+//     without any, and with the device far: fly straight, as far as the way is free                       fly
+//     repeat
+//       x := the increment nearest to the device on the rows, with a drag that makes it short enough      solve
+//       sweep x over all pairs, a short part of it first: what it crosses becomes rows                    sweep
+//     until x crosses nothing
+//     if x is short or takes back the last step, and a row that carries it stands beside its features:
+//       drop that row, and solve again                                                                    dropBeside
+//     if x takes back the last step: the rows on which that step ended join for the rest of the tick      joinLastRows
+//     move by x, exactly as it was swept: the rows that carry force are known contacts now                move
+//   until x is too short to be felt, or the tick has spent its travel or its work
+//
+// A step that crosses no features leaves apart what was apart, so the tool never overlaps, wherever a tick ends. Leaves
+// are round and their rows straight, so a step among them is halved until it brings none deeper. With friction, solve()
+// finds the forces by Coulomb's law (TickFriction), and all else stays the same.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
-#include "haptics/loop/default_tick.hpp"
+#include "haptics/loop/setting_table.hpp"
+#include "haptics/loop/tick_friction.hpp"
 
 namespace touchstone {
 namespace {
 
-/// Maximum number of linearizations, flights included, in a tick that begins without force. It bounds the time of such
-/// a tick. With a smaller number a fast device leaves the tool behind; the tick then ends kUnfinished and the next one
-/// goes on.
-constexpr int kFreeSteps = 64;
-/// Maximum number of linearizations in a tick that begins with force, if the device leaps and nothing blocks the tool.
-/// With a smaller number a device that leaps out of contact drags the tool, which the hand feels; a larger one costs
-/// time.
-constexpr int kLeapSteps = 32;
-/// The same between meshes, as long as something blocks the tool, which then would not arrive with all of them either.
-/// Each of them can take milliseconds in a thread, since successive steps of a leap share no near pairs. A larger
-/// number takes a tool that slides after the device farther in that one tick.
-constexpr int kBlockedLeapSteps = 3;
-/// Number of rows, summed over its linearizations, with which a tick between meshes ends kUnfinished. It bounds the
-/// time of a tick that follows a leap within a thread or a hole. With a smaller number ordinary ticks of fine meshes
-/// end before the tool has arrived.
-constexpr int kTickRows = 2048;
-/// A motion of the device is a leap if C moves by more than this multiple of the travel that the tick's linearizations
-/// can follow (linearisations x trust). A smaller multiple extends more ticks of ordinary fast motion; with a larger
-/// one a leap of less than it drags the tool.
-constexpr double kLeap = 2;
-/// Maximum number of halvings of a step that would deepen an overlap; after them the tool stays. They shorten a step of
-/// 0.5 mm to 3e-8 mm, far below the overlap tolerance. A smaller number stops a tool that could still move a little.
-constexpr int kHalvings = 24;
-/// A step between meshes up to this length ends the tick, mm, if the pairs that carry the tool are those before it and
-/// the next step, shrunk by the ratio of the last two, would be shorter than kArrived. With a larger value a tool in a
-/// shallow valley, where steps shrink less and less, is left farther from its place.
-constexpr double kForetold = 5 * kArrived;
-/// Trust between meshes, mm, whatever their clearance: rows are made where features would meet and not where they are.
-/// A larger value bends further from the rows in a step; a smaller one takes more linearizations.
-constexpr double kTrust = 0.25;
+// Lengths, mm. On springs of 1 N/mm, 1 µm is 1 mN.
 
-}  // namespace
+/// A step up to this length ends the tick. A larger value leaves the tool short of its place.
+constexpr double kFelt = 1e-3;
+/// A step that known contacts alone make shorter than this is not made. A larger value leaves a moving tool behind its
+/// place, always on the same side: a nut turns with 0.7 % less torque at 1 µm. With a smaller one more steps are swept.
+constexpr double kUnmoved = 1e-4;
+/// The same of the first step of a tick: what a resting tool is off, 0.01 µN. A smaller value moves resting tools by
+/// what rounding makes of their rows.
+constexpr double kRests = 1e-8;
+/// Known contacts keep their rows up to this multiple of the distance that is kept. With a larger value the tool is
+/// held where it no longer touches: at 2 a nut needs 1.8 % more torque. With a smaller one resting contacts are found
+/// again.
+constexpr double kFaces = 1.05;
+/// A row stands on its features if their nearest points lie outside them by at most this. With a larger value a row
+/// holds a pointed tool on the joint of two flush parts; with a smaller one rows are dropped, and crossed again.
+constexpr double kBesideFeatures = 1e-4;
+/// A step up to this length must not end on rows beside their features, since it may end the tick; nor must one that
+/// takes back the last. With a larger value rows are dropped that the next step would not cross.
+constexpr double kMayEnd = 5 * kFelt;
+/// Longest step: a longer one bends further from its rows. A smaller one takes more steps.
+constexpr double kLongestStep = 0.25;
+/// Length of the first part that is swept of a step that is more than twice as long. A longer part crosses pairs in
+/// threads that the answer never comes near; a shorter one takes more sweeps.
+constexpr double kFirstPart = 0.03;
+/// Part of the tick's travel that a step with a drag may take. With all of it bunnies hover by 25 µm beside faces that
+/// they have just left.
+constexpr double kOfTravel = 0.95;
+/// All of it, but for rounding.
+constexpr double kAllTravel = 1 - 1e-9;
+/// A dragged step is short enough if what it may be is within these multiples of it, and one or two solves find the
+/// drag. More solves come closer; the rest is cut off.
+constexpr double kSlightlyLong = 0.98, kSlightlyShort = 1.1;
+constexpr int kSolvesForDrag = 4;
+/// The tool flies if the device is farther than this many longest steps. A shorter way is swept as fast.
+constexpr double kFlies = 2;
+/// Maximum turn of a flight, rad: its points may leave their straight ways by reach x turn²/2, which ends it early.
+constexpr double kTurnOfFlight = 0.2;
+/// Factor by which the steps of a tick become shorter if the pairs of one are too many to be found or crossed.
+constexpr double kShortenedBy = 16;
+/// Work of a tick, in rows, summed over its sweeps and steps: a sweep counts as that of its rows and kWorkOfSweep more,
+/// and a step as kWorkOfTravel such sweeps for each mm, since it leads to other pairs, which must be found. A tick that
+/// has spent its work ends with the step that it has made. With more, ticks after leaps beside threads become longer;
+/// with less, ticks in threads do not arrive. Pairs would measure the time better, but how many are listed depends on
+/// which thread found them, and the result must not.
+constexpr int kWork = 1 << 14, kWorkOfSweep = 32;
+constexpr double kWorkOfTravel = 48;
+/// A tick ends with the step with which its answers have taken back the one before them this often: they lead around a
+/// place that none of them reaches. With more, such ticks take longer; with fewer, wedged tools arrive later.
+constexpr int kReturns = 8;
+/// Leaves have a row from the first solve on up to this part of the margin. With a larger one solves have more rows;
+/// with a smaller one a step takes more of them.
+constexpr double kNearLeaves = 0.04;
+/// Maximum number of their rows in the first solve. Deep overlaps exceed it; then it has the nearest pair of each leaf
+/// of the tool. With more, such ticks take longer; with fewer, ordinary deep contacts take more solves.
+constexpr int kMostLeafRows = 4096;
+/// Maximum number of solves of a step, after which it is halved until it brings nothing too near; three to ten are
+/// usual.
+constexpr int kSolvesOfStep = 64, kHalvesOfStep = 24;
+
+/// Pairs of features in ascending order. What does not fit is left out.
+struct Pairs {
+    std::array<std::uint64_t, 64> ids{};
+    int count = 0;
+
+    auto end() { return ids.begin() + count; }
+    bool isFull() const { return count == int(ids.size()); }
+    bool has(std::uint64_t id) { return std::binary_search(ids.begin(), end(), id); }
+    void add(std::uint64_t id) {
+        const auto at = std::lower_bound(ids.begin(), end(), id);
+        if (isFull() || (at != end() && *at == id)) return;
+        std::move_backward(at, end(), end() + 1);
+        *at = id;
+        ++count;
+    }
+};
+
+class DefaultTick {
+  public:
+    DefaultTick(Tick& tick, const Pose& device);
+    bool run(Wrench& wrench);
+
+  private:
+    enum class Found {
+        Failure,  ///< the lists overflow: the tool is held without force
+        Step,     ///< a step that crosses nothing
+        Arrived,  ///< the known contacts leave no step that is worth it
+        Held,     ///< no forces with friction were found
+    };
+
+    Course course(int k, const Vec6& x) const;
+    double allowed(const Vec6& x, double ofTravel) const;
+    bool collectRows();
+    bool appendRows(bool all);
+    void appendFacing(int k, Pairs& facing);
+    double nearLeaves() const { return (settings_.adaptiveMargin ? kNearLeaves : 1) * settings_.margin; }
+    double freePartOf(const Vec6& x);
+    bool fly(const Vec6& wanted);
+    Found findStep(const Vec6& wanted, Vec6& x);
+    SolveStatus solveOnRows(const Vec6& wanted, double drag, Vec6& x);
+    bool solve(const Vec6& wanted, Vec6& x);
+    bool takesBack(const Vec6& x) const;
+    bool joinLastRows();
+    bool completeLists(const Vec6& x);
+    bool shorten();
+    Crossed sweep(const Vec6& x, bool whole);
+    bool deepens(const Vec6& x);
+    Vec6 halved(Vec6 x);
+    void takeCarefully(Vec6& x);
+    int rowBeside(const Pose& at);
+    bool dropBeside(const Pose& at);
+    void move(const Vec6& x, const Vec6& wanted);
+    /// The contacts that carry force in the last solve.
+    std::span<const TickState::Impl::Contact> carriers() const {
+        return exact_ ? std::span<const TickState::Impl::Contact>(state_.contacts)
+                      : std::span<const TickState::Impl::Contact>();
+    }
+    void noteCarriers();
+    void runShadow(const Vec6& wanted);
+    bool isSpent() const {
+        return returns_ > kReturns || pressed_ >= mostPressed_ || work_ > kWork || friction_.isSpent() ||
+               state_.searches->isTickSpent();
+    }
+
+    Tick& tick_;
+    TickState::Impl& state_;
+    const Settings& settings_;
+    const Pose device_;
+    TickFriction friction_;
+    Pairs known_;    ///< contacts of the last tick, and of the steps of this one
+    Pairs dropped_;  ///< rows that this tick dropped since they stood beside their features
+    bool exact_;     ///< the solver tells which contacts carry force
+    bool ofFeatures_ = false, ofLeaves_ = false;  ///< the tool touches an obstacle by their meshes, their spheres
+    double longest_ = kLongestStep;
+    double travel_ = INFINITY, shift_ = INFINITY;  ///< that all points and C may still make in this tick, mm
+    double drag_ = 0;                              ///< of the last dragged step, N/mm
+    Vec6 last_ = Vec6::Zero();                     ///< the last step
+    int screened_ = 0;                             ///< rows that the last solve was given
+    Vec6 rendered_ = Vec6::Zero();                 ///< the answer of the solver, before an approximate one is projected
+    Vec6 undragged_ = Vec6::Zero();                ///< that before the drag
+    int steps_ = 0, returns_ = 0;
+    int pairs_ = 0;                                      ///< that the rows of this pose stand for
+    int pressed_ = 0;                                    ///< steps that ended on contacts
+    int mostPressed_ = std::numeric_limits<int>::max();  ///< setting `linearisations`
+    int work_ = 0;                                       ///< see kWork
+    bool flies_ = true;                                  ///< a flight is worth a search
+    /// For an answer that leads out of leaves that overlap: the part that the step is, which has to resolve only that
+    /// part of an overlap; and the slack of all, mm, if the rows contradict each other.
+    double share_ = 1, slack_ = 0;
+    bool beside_ = false;   ///< what carries the tool stands beside its features
+    bool capped_ = false;   ///< the step is shorter than the answer
+    bool blocked_ = false;  ///< an obstacle moves where the tool cannot give way
+    bool shadowed_ = false;
+};
 
 DefaultTick::DefaultTick(Tick& tick, const Pose& device)
     : tick_(tick),
@@ -48,200 +188,492 @@ DefaultTick::DefaultTick(Tick& tick, const Pose& device)
       settings_(tick.settings),
       device_(device),
       friction_(tick),
-      flying_(!state_.loaded) {
+      exact_(friction_.any() || findSolver(settings_.solver)->exact) {
+    for (int k = 0; k < int(state_.lists.size()); ++k) state_.lists[k]->expect(state_.courses[k]);
     for (const ContactList* list : state_.lists) (list->ofFeatures() ? ofFeatures_ : ofLeaves_) = true;
-    if (ofFeatures_ && !ofLeaves_) trust_ = margin_ = kTrust;
-    linearizations_ = linearizationsOf(settings_, ofFeatures_ ? Geometry::Mesh : Geometry::Spheres);
+    if (ofLeaves_) longest_ = settings_.trust;
+    for (const std::uint64_t id : state_.touching.span()) known_.add(id);
+    state_.heldRows.clear();
+    state_.lastRows.clear();
+    if (!state_.loaded) return;
+    mostPressed_ = linearizationsOf(settings_, ofFeatures_ ? Geometry::Mesh : Geometry::Spheres);
+    // What a tool in contact travels beyond its device bounds how fast the force drops where it slips off. The force is
+    // that of the way of C, which must not leap where a device only spins.
+    const Vec6 ofDevice = incrementBetween(state_.device, device_);
+    const double allowance = settings_.travelBudget * 1000 / settings_.rate + state_.obstacleTravel;
+    travel_ = state_.lengthOf(ofDevice) + allowance;
+    shift_ = ofDevice.head<3>().norm() + allowance;
 }
 
-/// Whether the tick has taken so much time that it must end.
-bool DefaultTick::isSpent() const {
-    return rowsOfTick_ > kTickRows || friction_.isSpent() || state_.searches->isTickSpent();
+Course DefaultTick::course(int k, const Vec6& x) const {
+    if (k == state_.pushing)
+        return Course::between(state_.before(k, state_.graphic), state_.inObstacle(k, moved(state_.graphic, x)),
+                               state_.p_TC);
+    const auto R_OW = state_.R_WO[k].transpose();
+    return {state_.inObstacle(k, state_.graphic), R_OW * x.head<3>(), R_OW * x.tail<3>()};
 }
 
-/// The motion of the tool in the obstacle's frame for the increment x from the graphic pose.
-Course DefaultTick::course(int obstacle, const Vec6& x) const {
-    if (obstacle == state_.pushing)
-        return Course::between(state_.before(obstacle, state_.graphic),
-                               state_.inObstacle(obstacle, moved(state_.graphic, x)), state_.p_TC);
-    const auto R_OW = state_.R_WO[obstacle].transpose();
-    return {state_.inObstacle(obstacle, state_.graphic), R_OW * x.head<3>(), R_OW * x.tail<3>()};
+/// The multiple of x that a step may be. Its turn is so small that no point is farther than a quarter of the distance
+/// that is kept from the straight way on which it is swept.
+double DefaultTick::allowed(const Vec6& x, double ofTravel) const {
+    return std::min(
+        {HUGE_VAL, std::min(longest_, ofTravel * travel_) / state_.lengthOf(x), ofTravel * shift_ / x.head<3>().norm(),
+         ofFeatures_ ? std::sqrt(settings_.contactDistance / state_.reach) / x.tail<3>().norm() : HUGE_VAL});
 }
 
-/// The multiple of x that a step may be: of at most this length (mm) and turn (rad), within a part of the budgets.
-double DefaultTick::allowed(const Vec6& x, double length, double turn, double ofBudget) const {
-    return std::min({HUGE_VAL, std::min(length, ofBudget * travelBudget_) / state_.lengthOf(x),
-                     ofBudget * shiftBudget_ / x.head<3>().norm(), turn / x.tail<3>().norm()});
-}
-
-/// The part of a step that trust allows in this linearization, as the test for crossed rows. That part has to resolve
-/// only the same part of an overlap; what lies beyond it is left to the next linearization.
-Crossing DefaultTick::trustedPart(const Vec6& x, double slack) const {
-    // Between meshes the step itself is tried, so it has all its caps.
-    const double share = std::min(1.0, ofFeatures_ ? allowed(x, trust_, maxTurn()) : trust_ / state_.lengthOf(x));
-    return {share * x, tick_.stiffness(), share * slack, share};
-}
-
-/// Measures the listed pairs after the increment x until one got deeper. If the lists overflow, an unknown pair counts
-/// as deeper.
-DefaultTick::Measured DefaultTick::remeasure(const Vec6& x) {
+/// Makes the rows at this pose: of features the known contacts, of leaves all pairs that are near. Returns false if the
+/// lists overflow.
+bool DefaultTick::collectRows() {
     const std::uint64_t start = tick_.now();
-    const Pose after = moved(state_.graphic, x);
-    Measured m;
-    m.deeper = !completeLists(state_.lengthOf(x), x) && !x.isZero(0);
-    for (int k = 0; k < int(state_.lists.size()) && !m.deeper; ++k) {
-        m.pair = state_.lists[k]->remeasure(state_.before(k, state_.graphic), state_.inObstacle(k, after),
-                                            kOverlapTolerance);
-        m.depth = std::max(m.depth, m.pair.depth);
-        m.deeper = m.pair.deeper();
-        if (m.deeper) m.obstacle = k;
+    bool complete = true;
+    for (int k = 0; k < int(state_.lists.size()) && complete; ++k) {
+        if (state_.lists[k]->ofFeatures()) continue;
+        const Coverage near{state_.inObstacle(k, state_.graphic), nearLeaves()};
+        state_.noteAsked(near.within);
+        complete = state_.lists[k]->complete(near, settings_.slack);
+    }
+    if (!complete) tick_.record.flags |= kListOverflow;
+    if (complete && !appendRows(true)) appendRows(false);
+    RowSet& joined = state_.crossedRows;
+    joined.clear();
+    for (int i = 0; i < state_.heldRows.size(); ++i)
+        if (state_.rows.find(state_.heldRows.id(i)) < 0)
+            joined.push(state_.heldRows.row(i), state_.heldRows.gap()[i], state_.heldRows.id(i));
+    state_.rows.merge(joined);
+    tick_.addTime(tick_.record.collisionUs, start);
+    return complete;
+}
+
+/// all: of the leaves that are near; else of the nearest of each leaf of the tool, since deep overlaps make these too
+/// many. Returns false if they are.
+bool DefaultTick::appendRows(bool all) {
+    state_.rows.clear();
+    Pairs facing;
+    bool fits = true;
+    int pairs = 0;
+    for (int k = 0; k < int(state_.lists.size()) && fits; ++k) {
+        const ContactList& list = *state_.lists[k];
+        const Pose X_OT = state_.inObstacle(k, state_.graphic);
+        if (list.ofFeatures())
+            appendFacing(k, facing);
+        else if (all)
+            fits = list.appendRows(X_OT, state_.R_WO[k], nearLeaves(), state_.rows,
+                                   settings_.adaptiveMargin ? kMostLeafRows : state_.rows.capacity());
+        else
+            pairs += list.appendNearestRows(X_OT, state_.R_WO[k], nearLeaves(), state_.rows);
+    }
+    if (!fits) return false;
+    known_ = facing;
+    pairs_ = all ? state_.rows.size() : pairs;
+    if (!all && !settings_.adaptiveMargin) {
+        tick_.record.flags |= kRowsTruncated;
+        tick_.record.rowsTruncated = std::max(tick_.record.rowsTruncated, pairs - state_.rows.size());
+    }
+    return true;
+}
+
+/// Appends the rows of the known contacts with an obstacle that still face each other.
+void DefaultTick::appendFacing(int k, Pairs& facing) {
+    const ContactList& list = *state_.lists[k];
+    if (list.suspended()) return;
+    for (const std::uint64_t id : std::span(known_.ids.data(), std::size_t(known_.count))) {
+        if (obstacleOf(id) != k) continue;
+        const ContactList::Stand stand = list.stand(state_.inObstacle(k, state_.graphic), id);
+        // Written so that what is not finite fails.
+        if (!(stand.height <= kFaces * list.distance() && stand.beside <= kBesideFeatures)) continue;
+        facing.add(id);
+        const Vec3 n = state_.R_WO[k] * stand.normal, r = state_.X_WO[k] * stand.foot - state_.graphic.p;
+        Vec6 row;
+        row << n, r.cross(n);
+        state_.rows.push(row, stand.height - list.distance(), id);
+    }
+}
+
+/// The part of the way x that is free, as far as the tick may travel. The turn of a flight is bounded.
+double DefaultTick::freePartOf(const Vec6& x) {
+    const double length = state_.lengthOf(x), turn = x.tail<3>().norm();
+    const double most =
+        std::min({1.0, travel_ / length, shift_ / x.head<3>().norm(), kTurnOfFlight / std::max(turn, kTurnOfFlight)});
+    double part = most;
+    for (int k = 0; k < int(state_.lists.size()); ++k) part = state_.lists[k]->freeShare(course(k, x), part);
+    return part < most ? part - kFelt / length : part;
+}
+
+/// Flies straight to the device, as far as the way is free. Where it is not, the tool translates first and turns
+/// afterwards, since a turn ends a flight early. Returns whether it flew farther than a step.
+bool DefaultTick::fly(const Vec6& wanted) {
+    if (!flies_ || state_.pushing >= 0 || state_.rows.size() > 0 || state_.lengthOf(wanted) <= kFlies * longest_)
+        return false;
+    const std::uint64_t start = tick_.now();
+    Vec6 way = wanted;
+    double part = freePartOf(way);
+    if (part < 1 && way.head<3>().norm() > longest_) {
+        Vec6 shift = wanted;
+        shift.tail<3>().setZero();
+        const double ofShift = freePartOf(shift);
+        if (ofShift * state_.lengthOf(shift) > part * state_.lengthOf(way)) {
+            way = shift;
+            part = ofShift;
+        }
     }
     tick_.addTime(tick_.record.collisionUs, start);
-    return m;
+    flies_ = part * state_.lengthOf(way) > longest_;
+    if (!flies_) return false;
+    state_.contacts.clear();
+    state_.forces.clear();
+    capped_ = part < 1;
+    move(part * way, wanted);
+    return true;
 }
 
-/// Whether x deepens the pair that an earlier increment deepened.
-bool DefaultTick::isStillDeeper(const Measured& m, const Vec6& x) const {
-    return state_.lists[m.obstacle]->isDeeper(state_.before(m.obstacle, state_.graphic),
-                                              state_.inObstacle(m.obstacle, moved(state_.graphic, x)), m.pair,
-                                              kOverlapTolerance);
+DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Vec6& x) {
+    double part = ofLeaves_ ? INFINITY : kFirstPart;
+    for (int solves = 0;; ++solves) {
+        if (!solve(wanted, x)) return Found::Failure;
+        if (friction_.failed()) return Found::Held;
+        const double length = state_.lengthOf(x);
+        // The other pairs would only hold the tool back.
+        if (solves == 0 && state_.rows.size() > 0 && length < (steps_ == 0 ? kRests : kUnmoved) && state_.pushing < 0) {
+            if (dropBeside(state_.graphic)) continue;
+            if (!beside_) return Found::Arrived;
+        }
+        bool whole = false;
+        Crossed crossed = Crossed::Nothing;
+        while (!whole && crossed != Crossed::Rows) {
+            whole = length <= 2 * part;
+            crossed = sweep(whole ? x : Vec6(part / length * x), whole);
+            if (crossed == Crossed::Overflow) {
+                if (!shorten()) return Found::Failure;
+                crossed = Crossed::Rows;  // a solve makes the step shorter
+            }
+            if (crossed != Crossed::Rows) part = INFINITY;
+        }
+        if (crossed == Crossed::Nothing) {
+            const bool goesBack = takesBack(x);
+            returns_ += goesBack;
+            if ((length < kMayEnd || goesBack) && dropBeside(moved(state_.graphic, x))) continue;
+            if (goesBack && joinLastRows()) continue;
+            // Leaves are round, and a row of theirs is right at one pose only.
+            if (ofLeaves_) takeCarefully(x);
+            // Rows turn with the tool, and where they turn more than the springs resist each step overshoots.
+            if (goesBack) x = halved(x / 2);
+            return Found::Step;
+        }
+        // No row leads on where the rows contradict each other.
+        if (crossed == Crossed::Known || solves >= kSolvesOfStep || friction_.isSpent()) {
+            takeCarefully(x);
+            return Found::Step;
+        }
+    }
 }
 
-/// Moves the graphic tool. Caps the step by the travel budget and by trust (a flight by its free length), and halves it
-/// until no listed pair gets deeper. Returns the length of the move, mm.
-double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
-    const auto capped = [&](Vec6 x) {
-        const double limit = contact ? trust_ : freeLength_;
-        const double share = allowed(x, limit, contact && ofFeatures_ ? maxTurn() : INFINITY);
-        if (share >= 1 && !step.slowed) return x;
-        step.reachesDevice = false;
-        if (contact || travelBudget_ < limit || x.head<3>().norm() > shiftBudget_) tick_.record.flags |= kCapped;
-        return Vec6(std::min(1.0, share) * x);
-    };
-    const Vec6 solved = step.slowed ? step.part : step.x;
-    Vec6 x = capped(solved);
-    if (contact) {
-        if (state_.rows.size() == 0) {
-            state_.contacts.clear();
-            state_.forces.clear();
-        }
-        // Where surfaces bend more than the springs resist, each linearization overshoots by the same ratio to the
-        // last: the secant leads to where they meet.
-        reversals_ = ofFeatures_ && takesBack(x) ? reversals_ + 1 : 0;
-        if (reversals_ > 0 && state_.lengthOf(x) > 2 * kArrived) {
-            x /= 1 + std::min(1.0, state_.lengthOf(x) / state_.lengthOf(lastMove_));
-            step.reachesDevice = false;
-        }
-        // Between meshes, a step that is taken as it was tried crosses nothing.
-        const bool tried = ofFeatures_ && !ofLeaves_ && x == clear_;
-        Measured measured = tried ? Measured{} : remeasure(x);
-        if (measured.deeper && step.elastic) {
-            if (!solveNotDeeper(wanted, x)) x.setZero();
-            x = capped(x);
-            step.reachesDevice = false;
-            measured = remeasure(x);
-        }
-        // Most halvings are refused by the pair that refused the last one, so that pair is tested first.
-        for (int i = 0; measured.deeper; ++i) {
-            const bool last = i == kHalvings || measured.obstacle < 0;
-            x = last ? Vec6(Vec6::Zero()) : Vec6(x / 2);
-            step.reachesDevice = false;
-            tick_.record.flags |= kHalved;
-            if (last || !isStillDeeper(measured, x)) measured = remeasure(x);
-            if (last) break;
-        }
-        blocked_ = measured.deeper && state_.pushing >= 0;
-        tick_.record.penetration = measured.depth;
-    } else {
+SolveStatus DefaultTick::solveOnRows(const Vec6& wanted, double drag, Vec6& x) {
+    if (state_.rows.size() == 0) {
         state_.contacts.clear();
         state_.forces.clear();
-        tick_.record.penetration = 0;
+        screened_ = 0;
+        x = tick_.problemOf(wanted, drag).wanted;
+        return SolveStatus::Solved;
     }
-    if (contact && ofFeatures_) {
-        holdRows(solved, x);
-        noteTouching();
-    } else {
-        state_.heldRows.clear();
-        state_.touching.clear();
+    if (!friction_.any()) {
+        const Tick::Solved solved = tick_.solve(wanted, longest_, drag);
+        x = solved.x;
+        rendered_ = solved.rendered;
+        screened_ = solved.rows;
+        slack_ = solved.slack;
+        return solved.status;
     }
-    lastMove_ = x;
-    const double length = state_.lengthOf(x);
-    travelBudget_ -= length;
-    shiftBudget_ -= x.head<3>().norm();
+    const ContactForces::Result result = friction_.solve(wanted, drag);
+    // No forces hold the tool with that drag: the step is a part of the answer before.
+    if (drag > 0 && result.status == SolveStatus::Solved && result.friction == FrictionStatus::None)
+        return result.status;
+    x = rendered_ = result.x;
+    screened_ = state_.rows.size();
+    slack_ = result.slack;
+    if (result.status == SolveStatus::Invalid || result.friction != FrictionStatus::Approximate ||
+        result.overlap <= kViolation)
+        return result.status;
+    const SolveResult onto = tick_.project(x);
+    x = onto.x;
+    slack_ = onto.slack;
+    return onto.status;
+}
+
+/// Finds the increment nearest to the device on the rows. If it is longer than a step may be, a drag λ(|δp|² +
+/// ρ²|δθ|²)/2 makes it as long: the tool then follows the surfaces, where a part of the increment would lead through
+/// free space. Returns false if there is none.
+bool DefaultTick::solve(const Vec6& wanted, Vec6& x) {
+    beside_ = capped_ = false;
+    share_ = 1;
+    SolveStatus status = SolveStatus::Solved;
+    const auto nearest = [&](double drag) {
+        status = solveOnRows(wanted, drag, x);
+        // Where leaves overlap, the softened answer leads out.
+        if (status == SolveStatus::Elastic && !(ofLeaves_ && !deepens(std::min(1.0, allowed(x, kAllTravel)) * x))) {
+            // With no negative gap the tool can stay where it is, and no answer deepens what is too near.
+            tick_.record.flags |= kNotDeeper;
+            for (int i = 0; i < state_.rows.size(); ++i) state_.rows.gap()[i] = std::max(0.0, state_.rows.gap()[i]);
+            status = solveOnRows(wanted, drag, x);
+            share_ = 0;
+        }
+        if (status != SolveStatus::Elastic) slack_ = 0;
+        return status != SolveStatus::Invalid;
+    };
+    if (!nearest(0)) return false;
+    if (friction_.failed()) return true;
+    undragged_ = rendered_;
+    double share = allowed(x, kOfTravel);
+    if (share >= kSlightlyLong) return true;
+    capped_ = true;
+    // Where the tool may not travel any more, no drag is large enough.
+    const int solves = share * state_.lengthOf(x) < kFelt || status == SolveStatus::Elastic ? 0 : kSolvesForDrag;
+    // For a free tool the answer is that of the springs times γ/(γ + λ).
+    double drag = 0;
+    for (int i = 0; i < solves && !(share >= kSlightlyLong && share <= kSlightlyShort); ++i) {
+        const double gamma = x.dot(tick_.stiffness().cwiseProduct(x)) / x.dot(state_.metric().cwiseProduct(x));
+        drag = i == 0 && drag_ > 0 ? drag_ : std::max(0.0, (drag + gamma) / share - gamma);
+        if (!nearest(drag)) return false;
+        share = allowed(x, kOfTravel);
+    }
+    drag_ = drag;
+    const double part = std::clamp(allowed(x, kAllTravel), 0.0, 1.0);
+    x *= part;
+    share_ *= part;
+    return true;
+}
+
+/// Whether x takes back more than half of the last step.
+bool DefaultTick::takesBack(const Vec6& x) const {
+    const Vec6 last = state_.metric().cwiseProduct(last_);
+    return !last_.isZero(0) && -last.dot(x) > last.dot(last_) / 2;
+}
+
+/// In a shallow valley each of two faces crosses only the step that the other one leads to. Returns whether a row is
+/// new.
+bool DefaultTick::joinLastRows() {
+    RowSet& added = state_.crossedRows;
+    const auto addTo = [&](RowSet& rows) {
+        added.clear();
+        for (int i = 0; i < state_.lastRows.size() && rows.size() + added.size() < rows.capacity(); ++i)
+            if (rows.find(state_.lastRows.id(i)) < 0)
+                added.push(state_.lastRows.row(i), state_.lastRows.gap()[i], state_.lastRows.id(i));
+        rows.merge(added);
+        return added.size() > 0;
+    };
+    addTo(state_.heldRows);
+    return addTo(state_.rows);
+}
+
+/// Makes the lists complete for the pairs that the step x may cross. Returns false if they overflow.
+bool DefaultTick::completeLists(const Vec6& x) {
+    for (int k = 0; k < int(state_.lists.size()); ++k) {
+        ContactList& list = *state_.lists[k];
+        const double margin = state_.lengthOf(x);
+        const Coverage asked = list.crossing(course(k, x), margin);
+        Coverage all{state_.inObstacle(k, state_.graphic), margin + list.distance()};
+        all.within.turn = asked.within.turn;
+        if (k != state_.pushing && list.isComplete(all)) continue;
+        state_.noteAsked(asked.within);
+        if (!list.complete(asked, settings_.slack)) return false;
+    }
+    return true;
+}
+
+/// Makes the steps of this tick shorter. Returns false if none is left.
+bool DefaultTick::shorten() {
+    if (longest_ < kFelt) {
+        tick_.record.flags |= kListOverflow;
+        return false;
+    }
+    longest_ /= kShortenedBy;
+    return true;
+}
+
+/// Makes rows of what x crosses, the deepest half. whole: it is the step, and not a part of it.
+Crossed DefaultTick::sweep(const Vec6& x, bool whole) {
+    const std::uint64_t start = tick_.now();
+    RowSet& crossed = state_.crossedRows;
+    crossed.clear();
+    Crossed result = completeLists(x) ? Crossed::Nothing : Crossed::Overflow;
+    const Crossing by{x, tick_.stiffness(), ofLeaves_ ? share_ * slack_ : 0, ofLeaves_ ? share_ : 1, whole};
+    for (int k = 0; k < int(state_.lists.size()) && result != Crossed::Overflow; ++k) {
+        result = std::max(result, state_.lists[k]->appendCrossed(state_.inObstacle(k, state_.graphic),
+                                                                 state_.before(k, state_.graphic), state_.R_WO[k],
+                                                                 state_.lengthOf(x), by, state_.rows, crossed));
+    }
+    if (result == Crossed::Rows) state_.rows.merge(crossed);
+    work_ += kWorkOfSweep + state_.rows.size();
+    tick_.record.marginUsed = std::max(tick_.record.marginUsed, state_.lengthOf(x));
+    tick_.addTime(tick_.record.collisionUs, start);
+    return result;
+}
+
+/// Whether x brings a pair nearer than half the distance that is kept, and nearer than it is. Notes how deep leaves
+/// are.
+bool DefaultTick::deepens(const Vec6& x) {
+    const std::uint64_t start = tick_.now();
+    const Pose after = moved(state_.graphic, x);
+    bool deeper = !completeLists(x);
+    double depth = 0;
+    for (int k = 0; k < int(state_.lists.size()) && !deeper; ++k) {
+        const ContactList::Overlap overlap = state_.lists[k]->remeasure(state_.before(k, state_.graphic),
+                                                                        state_.inObstacle(k, after), kOverlapTolerance);
+        depth = std::max(depth, overlap.depth);
+        deeper = overlap.deeper;
+    }
+    tick_.record.penetration = depth;
+    work_ += kWorkOfSweep + state_.rows.size();
+    tick_.addTime(tick_.record.collisionUs, start);
+    return deeper;
+}
+
+/// The longest of x, x/2, x/4, ... that deepens nothing.
+Vec6 DefaultTick::halved(Vec6 x) {
+    bool deeper = true;
+    for (int i = 0; i < kHalvesOfStep && deeper; ++i, x /= deeper ? 2 : 1) deeper = deepens(x);
+    blocked_ = deeper && state_.pushing >= 0;
+    return deeper ? Vec6(Vec6::Zero()) : x;
+}
+
+/// Shortens x, which no sweep has shown to be free, until it may be made.
+void DefaultTick::takeCarefully(Vec6& x) {
+    const Vec6 whole = x;
+    x = halved(x);
+    if (x == whole && ofLeaves_) return;
+    tick_.record.flags |= kHalved;
+    capped_ = true;
+}
+
+/// The row that carries force farthest beside its features with the tool at `at` and was not dropped before; -1: none.
+/// Notes whether any row with force stands beside its features.
+int DefaultTick::rowBeside(const Pose& at) {
+    beside_ = false;
+    double most = kBesideFeatures;
+    int worst = -1;
+    for (const TickState::Impl::Contact& contact : carriers()) {
+        const int own = obstacleOf(contact.id);
+        const ContactList::Stand stand = state_.lists[own]->stand(state_.inObstacle(own, at), contact.id);
+        if (stand.beside <= kBesideFeatures) continue;
+        bool twin = false;
+        for (int k = 0; k < int(state_.lists.size()) && !twin; ++k) {
+            ContactList::Stand like = stand;
+            if (k != own) {
+                like.foot = state_.X_OW[k] * (state_.X_WO[own] * stand.foot);
+                like.normal = state_.X_OW[k].q * (state_.X_WO[own].q * stand.normal);
+            }
+            twin = state_.lists[k]->hasTwin(state_.inObstacle(k, at), contact.id, like, kBesideFeatures);
+        }
+        if (twin) continue;
+        beside_ = true;
+        if (stand.beside <= most || dropped_.isFull() || dropped_.has(contact.id)) continue;
+        most = stand.beside;
+        worst = state_.rows.find(contact.id);
+    }
+    return worst;
+}
+
+/// Drops that row: a long step crossed it, and it would hold the tool where nothing is. Each is dropped once in a tick.
+/// Returns whether there was one.
+bool DefaultTick::dropBeside(const Pose& at) {
+    const int row = rowBeside(at);
+    if (row < 0) return false;
+    const std::uint64_t id = state_.rows.id(row);
+    dropped_.add(id);
+    for (RowSet* rows : {&state_.rows, &state_.heldRows, &state_.lastRows})
+        if (const int found = rows->find(id); found >= 0) rows->erase(found);
+    return true;
+}
+
+/// An approximate solver does not tell; then they are the rows on which the last step ended.
+void DefaultTick::noteCarriers() {
+    state_.touching.clear();
+    const auto add = [&](std::uint64_t id) {
+        if (state_.lists[obstacleOf(id)]->ofFeatures()) state_.touching.push(id);
+    };
+    for (const TickState::Impl::Contact& contact : carriers()) add(contact.id);
+    for (int i = 0; i < state_.lastRows.size() && !exact_; ++i) add(state_.lastRows.id(i));
+}
+
+void DefaultTick::move(const Vec6& x, const Vec6& wanted) {
+    for (int i = 0; i < state_.heldRows.size(); ++i) state_.heldRows.gap()[i] += state_.heldRows.row(i).dot(x);
+    state_.lastRows.clear();
+    for (int i = 0; i < state_.rows.size() && state_.lastRows.size() < state_.lastRows.capacity(); ++i)
+        if (const double gap = state_.rows.gap()[i] + state_.rows.row(i).dot(x); gap <= kViolation)
+            state_.lastRows.push(state_.rows.row(i), gap, state_.rows.id(i));
+    noteCarriers();
+    for (const std::uint64_t id : state_.touching.span()) known_.add(id);
+    last_ = x;
+    travel_ -= state_.lengthOf(x);
+    work_ += int(kWorkOfTravel * std::min(state_.lengthOf(x), longest_) * (kWorkOfSweep + state_.rows.size()));
+    shift_ -= x.head<3>().norm();
     state_.pushing = -1;
+    if (capped_) tick_.record.flags |= kCapped;
     // If nothing holds the tool, it takes exactly the device's pose, so that free flight gives exactly zero force.
-    state_.graphic = step.reachesDevice ? device_ : moved(state_.graphic, x);
-    return length;
+    state_.graphic = x == wanted ? device_ : moved(state_.graphic, x);
+    ++steps_;
+    pressed_ += state_.lastRows.size() > 0;
+}
+
+/// Once a tick. With friction, the contacts are those of the last solve, which must not be one with a drag.
+void DefaultTick::runShadow(const Vec6& wanted) {
+    if (settings_.shadow == kNoSolver || shadowed_ || state_.rows.size() == 0) return;
+    if (!friction_.any()) {
+        tick_.runShadow(tick_.problemOf(wanted), undragged_);
+    } else {
+        const auto contacts = state_.forces.contacts();
+        if (capped_ || contacts.empty()) return;
+        const bool exact = findFrictionSolver(settings_.frictionSolver)->exact;
+        tick_.runFrictionShadow({tick_.stiffness(), wanted, contacts}, undragged_, exact);
+    }
+    shadowed_ = true;
 }
 
 bool DefaultTick::run(Wrench& wrench) {
-    for (int k = 0; k < int(state_.lists.size()); ++k) state_.lists[k]->expect(state_.courses[k]);
-    state_.heldRows.clear();
+    TickRecord& record = tick_.record;
     const Pose start = state_.graphic;
-    bool leap = false;
-    if (state_.loaded) {
-        const double dt = 1000 / settings_.rate;
-        const Vec6 deviceStep = incrementBetween(state_.device, device_);
-        // Out of what overlaps the tool has to move although that costs energy.
-        const bool inside = std::any_of(state_.lists.begin(), state_.lists.end(),
-                                        [](const ContactList* list) { return list->inside() > 0; });
-        rests_ = ofFeatures_ && !ofLeaves_ && !inside && state_.device == device_ && state_.obstacleTravel == 0;
-        leap = deviceStep.head<3>().norm() > kLeap * linearizations_ * trust_;
-        const double allowance = settings_.travelBudget * dt + state_.obstacleTravel;
-        travelBudget_ = state_.lengthOf(deviceStep) + allowance;
-        // The force is the stiffness times the distance between the two C, so a device that only spins must not let
-        // the tool's C leap.
-        shiftBudget_ = deviceStep.head<3>().norm() + allowance;
-    }
-    const int limit = !state_.loaded        ? kFreeSteps
-                      : leap && ofFeatures_ ? std::min(linearizations_, kBlockedLeapSteps)
-                                            : linearizations_;
-    bool arrived = false, stuck = false, shortened = false, beside = false;
-    for (; !arrived && !stuck && !isSpent() && linearization_ < (shortened && leap ? kLeapSteps : limit);
-         ++linearization_) {
+    bool arrived = false, stuck = false;
+    while (!arrived && !stuck && !isSpent()) {
+        if (steps_ >= 2)  // In a tick of many steps the last one predicts the next better than the last tick does.
+            for (int k = 0; k < int(state_.lists.size()); ++k) state_.lists[k]->expect(course(k, last_));
         const Vec6 wanted = incrementBetween(state_.graphic, device_);
-        const double last = state_.lengthOf(lastMove_);
-        const TouchingPairs carriers = state_.touching;
-        Step step;
-        const Found found = linearization_ < limit ? findStep(wanted, step) : findClearStep(wanted, step);
-        if (found == Found::Failure) return false;
-        arrived = found == Found::Arrived;
-        if (arrived || found == Found::Blocked) break;
-        if (found == Found::Flight) state_.rows.clear();
-        const Pose before = state_.graphic;
-        const double moved = move(step, wanted, found == Found::Contact);
-        if (blocked_) return false;
-        // In a tick of many steps, the last step predicts the next one better than the last tick does.
-        for (int k = 0; k < int(state_.lists.size()) && linearization_ >= 2; ++k) {
-            const Pose X_OT = state_.inObstacle(k, state_.graphic);
-            const Course lastStep = Course::between(state_.inObstacle(k, before), X_OT, state_.p_TC);
-            state_.lists[k]->expect({X_OT, lastStep.shift, lastStep.turn});
+        state_.rows.clear();
+        // The pairs that are near need not be known for a flight.
+        const bool flown = steps_ == 0 && !state_.loaded && fly(wanted);
+        if (!flown && !collectRows()) return false;
+        if (flown || fly(wanted)) {
+            arrived = state_.graphic == device_;
+            stuck = std::min(travel_, shift_) < kFelt;
+            continue;
         }
-        if (ofFeatures_) rowsOfTick_ += state_.rows.size();
-        arrived = step.length < kArrived ||
-                  (step.length < kForetold && !step.elastic && isCarriedBy(carriers) &&
-                   step.length - moved + step.length * (step.length / last) < kArrived) ||
-                  incrementBetween(state_.graphic, device_).isZero(0);
-        // A step over the border of what carries the tool leaves it beside that, and the next one leads on from there.
-        // After a step too short for that, none would.
-        beside = arrived && step.beside;
-        arrived = arrived && !beside;
-        const double least = beside ? kArrived / 10 : kArrived;
+        Vec6 x = Vec6::Zero();
+        const Found found = findStep(wanted, x);
+        if (found == Found::Failure || blocked_) return false;
+        if (state_.rows.size() >= record.rows) {
+            record.pairs = std::max(pairs_, state_.rows.size());
+            record.rows = state_.rows.size();
+            record.rowsScreened = screened_;
+        }
+        if (found == Found::Held) break;
+        runShadow(wanted);
+        arrived = found == Found::Arrived;
+        if (arrived) {
+            if (exact_) noteCarriers();
+            break;
+        }
+        move(x, wanted);
+        flies_ = state_.rows.size() == 0;
+        const double length = state_.lengthOf(x);
+        arrived = (length < kFelt && !capped_) || state_.graphic == device_;
+        if (arrived) rowBeside(state_.graphic);
+        arrived = arrived && !beside_;
         // The next step could not be longer.
-        stuck = moved < least || std::min(travelBudget_, ofFeatures_ ? shiftBudget_ : INFINITY) < kArrived;
-        shortened = moved + kArrived < step.length;
+        stuck = length < (beside_ ? kUnmoved : kFelt) || std::min(travel_, shift_) < kFelt;
     }
     if (friction_.failed() && !friction_.hold(start, wrench)) return false;
-    // Linearizations that lead to and fro must not shake a device at rest.
-    if (rests_ && energyAt(start) <= energyAt(state_.graphic) + tick_.stiffness()[0] * kArrived * kArrived / 2) {
-        state_.graphic = start;
-        arrived = !beside;
-    }
-    if (!arrived) tick_.record.flags |= kUnfinished;
-    tick_.record.linearisations = linearization_;
-    tick_.record.hover = state_.hoverAt(state_.graphic);
+    if (!arrived) record.flags |= kUnfinished;
+    record.linearisations = steps_;
+    record.hover = state_.hoverAt(state_.graphic);
     if (friction_.any()) friction_.record();
-
     for (int k = 0; k < int(state_.lists.size()); ++k) {
         const Pose X_OT = state_.inObstacle(k, state_.graphic);
         state_.courses[k] = Course::between(state_.courses[k].X_OT, X_OT, state_.p_TC);
@@ -251,8 +683,8 @@ bool DefaultTick::run(Wrench& wrench) {
     return true;
 }
 
-bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench) {
-    return tick.settings.loop == Loop::One ? oneLoopTick(tick, device, wrench) : DefaultTick(tick, device).run(wrench);
-}
+}  // namespace
+
+bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench) { return DefaultTick(tick, device).run(wrench); }
 
 }  // namespace touchstone

@@ -24,7 +24,7 @@ struct SolverName {
 };
 
 using Field = std::variant<double Settings::*, int Settings::*, std::int64_t Settings::*, bool Settings::*,
-                           Mode Settings::*, Geometry Settings::*, Loop Settings::*, Screening Settings::*, SolverName>;
+                           Mode Settings::*, Geometry Settings::*, Screening Settings::*, SolverName>;
 
 struct Row {
     SettingInfo info;
@@ -97,8 +97,8 @@ constexpr Row kRows[] = {
      &Settings::travelBudget},
     {{"linearisations", "",
       "maximum linearizations in a tick while in contact; more of them follow a fast hand better, and each costs time; "
-      "0: 12 between meshes, 2 between spheres",
-      0, 64, SettingGroup::Contact, "Linearizations", 0, 16},
+      "0: 64 between meshes, 2 between spheres",
+      0, kMostLinearizations, SettingGroup::Contact, "Linearizations", 0, 16},
      &Settings::linearisations},
     {{"friction", "",
       "on: parts whose materials have friction stick and slip, in default mode; off: every part is frictionless", 0, 0,
@@ -154,10 +154,6 @@ constexpr Row kRows[] = {
       "ticks per second; a higher rate allows a higher stiffness without vibration and leaves less time for a tick",
       250, 10000, SettingGroup::Contact, "Tick rate", 250, 10'000},
      &Settings::rate},
-    {{"loop", "",
-      "for developers: classic: the loop of default mode; one: its successor, for the same contact by fewer rules", 0,
-      0},
-     &Settings::loop},
     {{"pause", "", "hold the tool with zero force", 0, 0}, &Settings::pause},
     {{"dead_man", "", "button of the device, from 1, that must be held for any force; 0: no button", 0, 32,
       SettingGroup::More, "Dead-man button", 0, 8},
@@ -172,12 +168,10 @@ constexpr auto kInfos = [] {
 
 constexpr std::string_view kModeNames[] = {"default", "paper", "penalty", "god-object"};
 constexpr std::string_view kGeometryNames[] = {"mesh", "spheres"};
-constexpr std::string_view kLoopNames[] = {"classic", "one"};
 constexpr std::string_view kScreeningNames[] = {"none", "screen", "cluster"};
 
 std::span<const std::string_view> namesOf(Mode Settings::*) { return kModeNames; }
 std::span<const std::string_view> namesOf(Geometry Settings::*) { return kGeometryNames; }
-std::span<const std::string_view> namesOf(Loop Settings::*) { return kLoopNames; }
 std::span<const std::string_view> namesOf(Screening Settings::*) { return kScreeningNames; }
 template <class E>
 concept Enumeration = std::is_enum_v<E>;

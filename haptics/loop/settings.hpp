@@ -22,18 +22,11 @@ enum class Geometry : std::uint8_t {
     Spheres,  ///< the leaves of the sphere trees, as in the paper
 };
 
-/// How default mode finds its steps.
-enum class Loop : std::uint8_t {
-    Classic,
-    One,  ///< for developers: its successor
-};
-
 /// Constant within a tick. A plain struct: it travels by value from the panels to the loop. The table in settings.cpp
 /// says for each value what happens if it is larger or smaller.
 struct Settings {
     Mode mode = Mode::Default;
     Geometry geometry = Geometry::Mesh;
-    Loop loop = Loop::Classic;
     double contactDistance = 0.002;  ///< δ, mm: distance that is kept between the features of meshes
     // Solvers by name, as literals or as solverTable() and frictionSolverTable() have them.
     std::string_view solver = kExactSolver;                  ///< moves the tool
@@ -81,16 +74,18 @@ struct Settings {
     friend bool operator==(const Settings&, const Settings&) = default;
 };
 
+/// Maximum of the setting `linearisations`, and its value between meshes, where ticks end with their work long before.
+inline constexpr int kMostLinearizations = 64;
+
 /// By what the tool touches in the mode of these settings: only default mode touches meshes.
 inline Geometry geometryOf(const Settings& settings) {
     return settings.mode == Mode::Default ? settings.geometry : Geometry::Spheres;
 }
 
 /// The maximum number of linearizations in a tick that begins with force. Between meshes the nearest pose is found by
-/// more steps, and each costs less: of 7,670 ticks of two bunnies, 1.5 % did not arrive with eight and 0.05 % with
-/// twelve, apart from those that the travel budget ended.
+/// more steps, and each costs less.
 inline int linearizationsOf(const Settings& settings, Geometry geometry) {
-    return settings.linearisations > 0 ? settings.linearisations : geometry == Geometry::Mesh ? 12 : 2;
+    return settings.linearisations > 0 ? settings.linearisations : geometry == Geometry::Mesh ? kMostLinearizations : 2;
 }
 
 /// Fractions of the tick period that the solvers of a live loop may use. The remaining 0.3 is for collision, the exact

@@ -53,7 +53,7 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
     if (fits && !s.lists[k]->ofFeatures()) {  // a step between features that would touch has failed
         const Pose after = s.inObstacle(k, s.graphic);
         fits = s.lists[k]->complete({after, 0}, set.slack) &&
-               !s.lists[k]->remeasure(before, after, kOverlapTolerance).deeper();
+               !s.lists[k]->remeasure(before, after, kOverlapTolerance).deeper;
     }
     s.pushing = -1;
     s.paces[k] = std::clamp(fits ? 2 * s.paces[k] : s.paces[k] / 2, kSmallestPace, 1.0);

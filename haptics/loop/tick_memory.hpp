@@ -78,15 +78,14 @@ struct TickState::Impl {
     RowSet crossedRows{kRowCapacity};       ///< rows that an answer crosses, before they join `rows`
     RowSet heldRows{kHeldRows};             ///< on which steps of this tick ended, seen from the present pose
     RowSet lastRows{kHeldRows};             ///< on which the last step ended, likewise
-    RowSet notDeeperRows{kRowCapacity};     ///< `rows` with every negative gap set to zero
     RowSet shadowRows{kShadowRowCapacity};  ///< the rows with the smallest gaps, for the shadow
     AlignedVector<int> shadowOrder;         ///< indices that select them
     RowScreen screen{kRowCapacity};         ///< of the rendering solver
     RowScreen shadowScreen{kRowCapacity};   ///< of the shadow
-    std::vector<std::unique_ptr<Solver>> renderers;  ///< one for each row of solverTable()
-    std::vector<std::unique_ptr<Solver>> shadows;    ///< likewise
-    std::unique_ptr<Solver> projector;  ///< exact: projects approximate answers and solves the not-deeper rows
-    std::unique_ptr<Solver> reference;  ///< exact: for audits and the shadow's error
+    std::vector<std::unique_ptr<Solver>> renderers;                  ///< one for each row of solverTable()
+    std::vector<std::unique_ptr<Solver>> shadows;                    ///< likewise
+    std::unique_ptr<Solver> projector;                               ///< exact: projects approximate answers
+    std::unique_ptr<Solver> reference;                               ///< exact: for audits and the shadow's error
     std::vector<std::unique_ptr<FrictionSolver>> frictionRenderers;  ///< likewise of frictionSolverTable()
     std::vector<std::unique_ptr<FrictionSolver>> frictionShadows;    ///< likewise
     std::unique_ptr<FrictionSolver> frictionReference;               ///< exact: for the shadow's error
@@ -113,10 +112,8 @@ struct TickState::Impl {
     ContactForces forces;         ///< with friction
     bool loaded = false;          ///< the last tick put force on the hand (Tick::loaded)
     std::vector<Course> courses;  ///< by obstacle: where the last tick left the graphic tool, and its motion to there
-    /// Answers of the last two ticks, newest first, by linearization; the last entry serves all later linearizations.
-    std::array<std::array<Vec6, 2>, 4> lastSteps;
-    TouchingPairs touching;  ///< that carried force in the last linearization, see noteTouching()
-    Within asked;            ///< the pairs that this tick asked its lists for; a negative margin: none
+    TouchingPairs touching;       ///< that carried force in the last step
+    Within asked;                 ///< the pairs that this tick asked its lists for; a negative margin: none
 
     Pose referencePose(const Pose& X_WT) const { return {X_WT * p_TC, X_WT.q}; }
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }
@@ -197,8 +194,6 @@ struct Tick {
 /// The modes. Each moves `state.graphic` toward `device` and sets `wrench`. If it returns false, the tool is held and
 /// there is no force.
 bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench);
-/// Default mode by one loop, see Settings::loop.
-bool oneLoopTick(Tick& tick, const Pose& device, Wrench& wrench);
 bool paperTick(Tick& tick, const Pose& device, Wrench& wrench);
 bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench);
 bool godObjectTick(Tick& tick, const Pose& device, Wrench& wrench);

@@ -74,7 +74,6 @@ void TickState::begin(const TickStart& start, std::span<const Pose> X_WO) noexce
     s.graphic.q = withSignOf(Quat::Identity(), s.graphic.q);
     s.device.q = withSignOf(s.graphic.q, s.device.q);
     s.loaded = start.loadedBefore;
-    s.lastSteps.fill({Vec6::Zero(), Vec6::Zero()});
     s.asked = {};
     for (std::size_t k = 0; k < s.courses.size(); ++k) s.courses[k] = s.inObstacle(int(k), s.graphic);
     s.lastMoved = 0;

@@ -184,16 +184,6 @@ Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const M
     return fits ? appendFound(R_WO, by, trial.step.least, rows, crossed) : Crossed::Overflow;
 }
 
-Crossed FeatureList::appendCrossedOf(std::span<const std::uint64_t> pairs, const Pose& X_OT, const Pose& before,
-                                     const Mat3& R_WO, const Crossing& by, RowSet& rows, RowSet& crossed) {
-    if (suspended_) return Crossed::Nothing;
-    const Trial trial(X_OT, before, R_WO, by.x, extent().center, distance_);
-    found_.clear();
-    for (const std::uint64_t id : pairs)
-        if (obstacleOf(id) == obstacleIndex_) test({toolLeafOf(id), obstacleLeafOf(id)}, trial);
-    return appendFound(R_WO, by, trial.step.least, rows, crossed);
-}
-
 /// Appends rows of the pairs that were found nearer than `least`, or renews those in `rows`.
 Crossed FeatureList::appendFound(const Mat3& R_WO, const Crossing& by, double least, RowSet& rows, RowSet& crossed) {
     if (found_.empty()) return Crossed::Nothing;
@@ -236,17 +226,6 @@ double FeatureList::lean() const { return inside_ > 0 ? kLean : 0; }
 
 FeaturePairFinder& FeatureList::pairs() const { return static_cast<FeaturePairFinder&>(*finder_); }
 
-bool FeatureList::anyWithin(const Pose& X_OT, double margin) const {
-    bool any = false;
-    if (suspended_) return any;
-    beginFlight();
-    const bool finished = pairs().forEachPair({X_OT, margin}, [&](const PairEntry&, float) {
-        any = true;
-        return false;
-    });
-    return any || !finished;
-}
-
 ContactList::Overlap FeatureList::remeasure(const Pose& before, const Pose& after, double) {
     Overlap overlap;
     if (suspended_ || before == after) return overlap;
@@ -256,17 +235,15 @@ ContactList::Overlap FeatureList::remeasure(const Pose& before, const Pose& afte
     pairs().forEachCrossing(
         narrow_, crossing(course, 0), before, after, kTooNear * distance_,
         [&](const PairEntry& entry) {
-            if (!deepens(entry, step)) return true;
-            overlap.toolLeaf = entry.tool;
-            overlap.obstacleLeaf = entry.obstacle;
-            return false;
+            overlap.deeper = deepens(entry, step);
+            return !overlap.deeper;
         },
         inside_);
     return overlap;
 }
 
-bool FeatureList::isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double) const {
-    return before != after && deepens({pair.toolLeaf, pair.obstacleLeaf}, Step(before, after, distance_));
+bool FeatureList::deepens(const PairEntry& pair, const Pose& before, const Pose& after) const {
+    return before != after && deepens(pair, Step(before, after, distance_));
 }
 
 /// The normal of a face is its own, since a vertex at its rim may be nearest to the rim.

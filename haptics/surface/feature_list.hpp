@@ -19,17 +19,15 @@ class FeatureList final : public ContactList {
     int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const override;
     Crossed appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin, const Crossing& by,
                           RowSet& rows, RowSet& crossed) override;
-    Crossed appendCrossedOf(std::span<const std::uint64_t> pairs, const Pose& X_OT, const Pose& before,
-                            const Mat3& R_WO, const Crossing& by, RowSet& rows, RowSet& crossed) override;
-    bool anyWithin(const Pose& X_OT, double margin) const override;
     Overlap remeasure(const Pose& before, const Pose& after, double tolerance) override;
-    bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const override;
     Nearest nearest(const Pose& X_OT, int toolFeature, int obstacleFeature) const override;
     double freeShare(const Course& course, double atMost) override;
     bool hasFeatures(std::uint64_t pair) const override;
     Stand stand(const Pose& X_OT, std::uint64_t pair) const override;
     bool hasTwin(const Pose& X_OT, std::uint64_t pair, const Stand& like, double within) const override;
     bool ofFeatures() const override { return true; }
+    /// Whether a move brings this pair too near, or nearer if it begins so, whatever the list holds.
+    bool deepens(const PairEntry& pair, const Pose& before, const Pose& after) const;
 
   private:
     struct Found {

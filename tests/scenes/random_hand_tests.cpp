@@ -22,7 +22,6 @@ struct Plan {
     bool moving = false;    ///< the obstacles move too
     int judged = 25;        ///< the exact judge looks at each tick of this number
     bool swapping = false;  ///< the geometry changes to spheres now and then
-    Loop loop = Loop::Classic;
 };
 
 /// Share of the ticks with force on the hand.
@@ -50,7 +49,6 @@ double play(const sandbox::HapticScene& scene, const Plan& plan) {
         const bool bySpheres = plan.swapping && tick % 230 >= 180;
         Settings settings = sandbox::withGeometry(scene.settings, bySpheres ? Geometry::Spheres : Geometry::Mesh);
         settings.shadow = kNoSolver;
-        settings.loop = plan.loop;
         const Pose before = state.obstacles()[0], device = hand.next();
         const double began = threadCpuMicroseconds();
         const TickRecord record = step(world, settings, {device, state.nextMove(targets)}, state);
@@ -101,20 +99,17 @@ TEST_CASE("random hands: between meshes nothing overlaps in some scenes, for a m
 }
 
 TEST_CASE("random hands: the geometry can change while friction holds the tool", "[scenes][slow]") {
-    const Loop loop = GENERATE(Loop::Classic, Loop::One);
     for (const char* name : {"drawer", "incline"}) {
         INFO(name);
         const std::string file = TOUCHSTONE_BINARY_DIR "/scenes/" + std::string(name) + ".glb";
-        const double touched = play(openBundled(file, true), {.ticks = 690, .seed = 2, .swapping = true, .loop = loop});
+        const double touched = play(openBundled(file, true), {.ticks = 690, .seed = 2, .swapping = true});
         CHECK(touched > 0.2);  // in all of three rounds with both geometries
     }
 }
 
 TEST_CASE("random hands: rails that move do not run into a drawer that friction holds", "[scenes][slow]") {
     // Some ticks find no forces with friction after a rail has pushed the drawer.
-    const Loop loop = GENERATE(Loop::Classic, Loop::One);
-    play(openBundled(TOUCHSTONE_BINARY_DIR "/scenes/drawer.glb"),
-         {.ticks = 3000, .seed = 1, .moving = true, .loop = loop});
+    play(openBundled(TOUCHSTONE_BINARY_DIR "/scenes/drawer.glb"), {.ticks = 3000, .seed = 1, .moving = true});
 }
 
 }  // namespace touchstone::random_hand_tests

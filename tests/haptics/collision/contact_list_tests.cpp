@@ -43,9 +43,7 @@ class Pairs final : public ContactList {
     Crossed appendCrossed(const Pose&, const Pose&, const Mat3&, double, const Crossing&, RowSet&, RowSet&) override {
         return Crossed::Nothing;
     }
-    bool anyWithin(const Pose&, double) const override { return false; }
     Overlap remeasure(const Pose&, const Pose&, double) override { return {}; }
-    bool isDeeper(const Pose&, const Pose&, const Overlap&, double) const override { return false; }
     Nearest nearest(const Pose&, int, int) const override { return {}; }
     double freeShare(const Course&, double atMost) override { return atMost; }
 };

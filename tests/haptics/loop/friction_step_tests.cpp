@@ -1,8 +1,10 @@
 // The tick with friction, judged by Coulomb's law.
+#include <array>
 #include <catch2/catch.hpp>
 #include <numbers>
 
 #include "haptics/loop/step.hpp"
+#include "haptics/qp/contact_forces.hpp"
 #include "haptics/qp/friction_table.hpp"
 #include "tests/support/alloc_count.hpp"
 #include "tests/support/mesh_world.hpp"
@@ -259,7 +261,7 @@ TEST_CASE("friction: no tick drives the hand, nothing overlaps, and the answer o
     };
     const std::vector<Case> cases{
         {"blob and blob", blobMesh(4, 24, 13), blobMesh(5, 22, 11), 6, 0.0005, 0},
-        {"bar in a ring", centeredBox(3, 3, 16), torusMesh(5, 2, 30, 14), 4, 0.0005, 0},
+        {"bar in a ring", centeredBox(3, 3, 16), torusMesh(5, 2, 30, 14), 4, 0.001, 0},
         {"cylinder and box", cylinderMesh(3, 6), centeredBox(7, 6, 5), 5, 0.0005, 0},
     };
     const auto which = GENERATE(range(0, 3));
@@ -270,7 +272,7 @@ TEST_CASE("friction: no tick drives the hand, nothing overlaps, and the answer o
     const Settings settings = settingsFor(Geometry::Mesh);
     TickState state(world);
     WanderingHand hand(unsigned(41 + which), c.size);
-    int loaded = 0, sticking = 0, soft = 0, held = 0, inexact = 0;
+    int loaded = 0, sticking = 0, soft = 0, held = 0, inexact = 0, driven = 0;
     for (int tick = 0; tick < 3000; ++tick) {
         const TickRecord record = step(world, settings, {hand.next()}, state);
         REQUIRE(!meshesOverlap(world, record.X_WT, state.obstacles()));
@@ -284,12 +286,16 @@ TEST_CASE("friction: no tick drives the hand, nothing overlaps, and the answer o
         // Forces reach 1,000 N where the bar is wedged.
         REQUIRE(record.coulomb.complementarity_mJ < 1e-6);
         REQUIRE(record.coulomb.direction_mJ < 1e-5);
-        // The motion of the tick is that of its solves but for rounding and the bend of its turns.
-        if (!(record.flags & (kUnfinished | kCapped | kHalved))) REQUIRE(record.coulomb.dissipation_mJ > -3e-5);
+        // The motion of the tick is that of its solves but for rounding, the bend of its turns, and a last step of up
+        // to 0.1 µm that is not made.
+        if (record.flags & (kUnfinished | kCapped | kHalved)) continue;
+        REQUIRE(record.coulomb.dissipation_mJ > -3e-5 - 1e-4 * record.frictionForce);
+        driven += record.coulomb.dissipation_mJ < -3e-5;
     }
-    CAPTURE(loaded, sticking, soft, held, inexact);
+    CAPTURE(loaded, sticking, soft, held, inexact, driven);
     CHECK(sticking > loaded / 10);
     CHECK(inexact <= loaded / 500);
+    CHECK(driven <= loaded / 500);
     CHECK(soft <= c.soft * loaded);
     CHECK(held <= c.held * loaded);
 }
@@ -400,14 +406,24 @@ TEST_CASE("friction: after ticks of another mode the slip starts at zero and no 
 }
 
 TEST_CASE("friction: where a baseline has no answer, the exact solver takes over", "[step][friction]") {
-    // A disc with more corners than Lemke's tableau has room for.
+    class Answerless final : public FrictionSolver {
+      public:
+        FrictionResult solve(const FrictionProblem& problem, const Vec6& start) noexcept override {
+            forces_.fill(Vec3::Zero());
+            return {.x = start, .forces = std::span(forces_).first(problem.contacts.size())};
+        }
+
+      private:
+        std::array<Vec3, ContactForces::kMaxContacts> forces_;
+    };
     const auto rim = [](double a, double t) { return Vec3(6 * std::cos(a), 6 * std::sin(a), 4 * t - 2); };
     const World world =
         with(meshWorld(lathe(36, 2, -2, 2, rim), centeredBox(100, 100, 6), at(0, 0, 5 + kDistance)), {0.5, 0.5});
-    const auto forceWith = [&](const char* solver, bool& taken) {
+    const auto forceWith = [&](const char* solver, bool answers, bool& taken) {
         Settings settings = settingsFor(Geometry::Mesh);
         REQUIRE(setSetting(settings, "friction_solver", solver).empty());
         TickState state(world);
+        if (!answers) frictionRenderer(state, solver) = std::make_unique<Answerless>();
         Pose device = world.X_WT_start;
         const TickRecord pressed = lead(world, state, settings, device, device.p - Vec3(0, 0, 2));
         CHECK(pressed.wrench_C.force.z() == Approx(2).epsilon(1e-6));
@@ -418,11 +434,11 @@ TEST_CASE("friction: where a baseline has no answer, the exact solver takes over
         return record.wrench_C.force;
     };
     bool taken = false;
-    const Vec3 exact = forceWith("cone-newton", taken);
+    const Vec3 exact = forceWith("cone-newton", true, taken);
     CHECK_FALSE(taken);
-    CHECK((forceWith("lemke-8", taken) - exact).norm() < 1e-6);
+    CHECK((forceWith("lemke-8", false, taken) - exact).norm() < 1e-6);
     CHECK(taken);
-    CHECK((forceWith("gauss-seidel", taken) - exact).norm() < 1e-3);
+    CHECK((forceWith("gauss-seidel", true, taken) - exact).norm() < 1e-3);
     CHECK_FALSE(taken);
 }
 

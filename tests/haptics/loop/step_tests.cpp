@@ -283,8 +283,7 @@ TEST_CASE("step: the adaptive margin changes the number of rows, but no answer w
 
 TEST_CASE("step: results do not depend on the shadow, the timer, the audit or the age of the lists", "[step]") {
     const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
-    const Loop loop = GENERATE(Loop::Classic, Loop::One);
-    CAPTURE(geometryNames()[std::size_t(geometry)], int(loop));
+    CAPTURE(geometryNames()[std::size_t(geometry)]);
     const World world = bodies();
     const auto device = [](int tick) {
         return at(3 * std::sin(0.02 * tick), std::max(28.0, 45 - 0.06 * tick), 0,
@@ -303,7 +302,6 @@ TEST_CASE("step: results do not depend on the shadow, the timer, the audit or th
     static std::uint64_t counter = 0;
     const StageClock clock{[] { return counter += 7; }, 1e-3};
     Settings plain = settingsFor(geometry);
-    plain.loop = loop;
     Settings shadowed = plain, fresh = plain;
     shadowed.shadow = "pqp";
     fresh.slack = 0.0;  // a new list for every linearisation
@@ -465,7 +463,10 @@ TEST_CASE("step: an approximate solver gets only the rows that screening keeps, 
             left += r.rowsScreened;
             inexact += r.screenInexact;
             const TickRecord exact = step(world, exactly, {r.X_WT_device}, reference);
-            if (r.screenInexact == 0) error = std::max(error, (exact.wrench_C.force - r.wrench_C.force).norm());
+            // On the way to a place, ticks of two answers may be at different points of it.
+            const bool arrived = ((r.flags | exact.flags) & kUnfinished) == 0;
+            if (arrived && r.screenInexact == 0)
+                error = std::max(error, (exact.wrench_C.force - r.wrench_C.force).norm());
         });
     CAPTURE(rows, left, inexact, error);
     REQUIRE(rows > 5000);

@@ -288,19 +288,7 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
         REQUIRE(aged.complete(aged.crossing(step, 1), 0.3));
         const Rows expected = rowsOf(fresh);
         CHECK(rowsOf(aged) == expected);
-        // Pairs that are named are tested alone, whatever the list holds.
-        std::vector<std::uint64_t> named, others;
-        for (const auto& [id, row] : expected) {
-            named.push_back(id);
-            others.push_back(id ^ 1ull << 56);
-            CHECK(fresh.hasFeatures(id));
-        }
-        aged.forget();
-        RowSet rows(1 << 10), crossed(1 << 10), none(1 << 10);
-        aged.appendCrossedOf(named, X, X, R, by, rows, crossed);
-        CHECK(rowsIn(crossed) == expected);
-        aged.appendCrossedOf(others, X, X, R, by, rows, none);
-        CHECK(none.size() == 0);
+        for (const auto& [id, row] : expected) CHECK(fresh.hasFeatures(id));
         crossedSteps += !expected.empty();
         // No pair that crosses is left out before its test.
         FeaturePairFinder finder(tool, obstacle);
@@ -316,13 +304,13 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
         pairsTested += int(tested.size());
         for (int i = 0; i < around.count; ++i) {
             const PairEntry& pair = around.at[std::size_t(i)];
-            if (!fresh.isDeeper(X, after, {pair.tool, pair.obstacle}, 0)) continue;
+            if (!fresh.deepens(pair, X, after)) continue;
             ++pairsCrossing;
             REQUIRE(tested.count({pair.tool, pair.obstacle}) == 1);
         }
         // What crosses nothing leaves the parts apart.
         if (expected.empty() && step.turn.norm() < 0.01) CHECK(!overlap(tool, obstacle, step.end(tool.extent.center)));
-        if (expected.empty()) CHECK(!fresh.remeasure(X, step.end(tool.extent.center), 0).deeper());
+        if (expected.empty()) CHECK(!fresh.remeasure(X, step.end(tool.extent.center), 0).deeper);
     }
     CHECK(crossedSteps > 20);
     CHECK(pairsCrossing > 20);
@@ -363,7 +351,7 @@ TEST_CASE("feature list: where large parts all but touch, rounding leaves out no
             });
             for (int i = 0; i < around.count; ++i) {
                 const PairEntry& pair = around.at[std::size_t(i)];
-                if (!list.isDeeper(X, after, {pair.tool, pair.obstacle}, 0)) continue;
+                if (!list.deepens(pair, X, after)) continue;
                 ++crossing;
                 ofEdges += kindOf(pair.tool) == PairKind::EdgeEdge;
                 CHECK(tested.count({pair.tool, pair.obstacle}) == 1);
@@ -393,7 +381,7 @@ TEST_CASE("feature pairs: edges that slide across each other at the distance kep
         const Pose after = step.end(tool.extent.center);
         finder.forEachCrossing(near, {step, 0.1}, X, after, kDistance / 2, [&](const PairEntry& pair) {
             CHECK(kindOf(pair.tool) == PairKind::EdgeEdge);
-            crossed += list.isDeeper(X, after, {pair.tool, pair.obstacle}, 0);
+            crossed += list.deepens(pair, X, after);
             return ++count > 0;
         });
         return std::pair(count, crossed);

@@ -1,4 +1,4 @@
-// The one loop, which the setting `loop` chooses, on every bundled motion: it does what the classic loop does.
+// Default mode on every bundled motion: how it ends, and what exact judges say of its ticks.
 #include <catch2/catch.hpp>
 
 #include "haptics/loop/tick_driver.hpp"
@@ -8,32 +8,18 @@
 #include "tests/support/feet_judge.hpp"
 #include "tests/support/scene_judge.hpp"
 
-namespace touchstone::one_loop_tests {
+namespace touchstone::default_mode_tests {
 
 using namespace touchstone::test;
 
 namespace {
 
 /// mu: of every pair; 0: the materials'.
-Settings settingsFor(const sandbox::HapticScene& scene, Loop loop, double mu = 0, Geometry geometry = Geometry::Mesh) {
+Settings settingsFor(const sandbox::HapticScene& scene, double mu = 0, Geometry geometry = Geometry::Mesh) {
     Settings settings = sandbox::withGeometry(scene.settings, geometry);
     settings.shadow = kNoSolver;
     settings.frictionCoefficient = mu;
-    settings.loop = loop;
     return settings;
-}
-
-/// The names of the outcome's limits that a motion does not meet.
-std::vector<std::string> unmet(const sandbox::HapticScene& scene, const std::string& motion, Loop loop,
-                               Geometry geometry) {
-    sandbox::HeadlessOptions options;
-    options.device = "demo:" + motion;
-    options.timing = false;
-    const sandbox::Report report = sandbox::runHeadless(scene, settingsFor(scene, loop, 0, geometry), options).report;
-    std::vector<std::string> names;
-    for (const sandbox::OutcomeCheck& check : report.checks)
-        if (!check.met) names.push_back(check.name);
-    return names;
 }
 
 /// Follows the motions of a scene whose names begin with the prefix, before the judges in every n-th tick. Coulomb's
@@ -47,7 +33,7 @@ void nothingOverlaps(const std::filesystem::path& file, const std::string& prefi
     for (const NamedMotion& motion : scene.motions) {
         if (!motion.name.starts_with(prefix)) continue;
         CAPTURE(motion.name);
-        TickDriver driver(std::make_unique<Session>(scene.world, settingsFor(scene, Loop::One, mu),
+        TickDriver driver(std::make_unique<Session>(scene.world, settingsFor(scene, mu),
                                                     std::make_unique<MotionDevice>(motion.motion)));
         const TickState& state = driver.session().state;
         int overlaps = 0, missed = 0, inexact = 0;
@@ -64,42 +50,49 @@ void nothingOverlaps(const std::filesystem::path& file, const std::string& prefi
     }
 }
 
-/// Whether the same limits of the outcome are met with both loops.
-void endsAsBefore(const std::filesystem::path& file, const std::string& prefix, Geometry geometry = Geometry::Mesh) {
+/// Whether the limits of the outcome are met.
+void endsAsItShould(const std::filesystem::path& file, const std::string& prefix, Geometry geometry) {
     CAPTURE(file.stem(), int(geometry));
     const sandbox::HapticScene scene = openBundled(file, geometry == Geometry::Spheres);
     for (const NamedMotion& motion : scene.motions) {
         if (!motion.name.starts_with(prefix)) continue;
-        CAPTURE(motion.name);
-        CHECK(unmet(scene, motion.name, Loop::One, geometry) == unmet(scene, motion.name, Loop::Classic, geometry));
+        sandbox::HeadlessOptions options;
+        options.device = "demo:" + motion.name;
+        options.timing = false;
+        const sandbox::Report report = sandbox::runHeadless(scene, settingsFor(scene, 0, geometry), options).report;
+        for (const sandbox::OutcomeCheck& check : report.checks) {
+            CAPTURE(motion.name, check.name);
+            CHECK(check.met);
+        }
     }
 }
 
 }  // namespace
 
-TEST_CASE("one loop: a shaft, gears and a lock end as with the classic loop, and nothing overlaps", "[scenes]") {
+TEST_CASE("default mode: a shaft, gears and a lock end as they should, and nothing overlaps", "[scenes]") {
     for (const char* name : {"spline", "gears", "lock"}) {
         const std::string file = TOUCHSTONE_BINARY_DIR "/scenes/" + std::string(name) + ".glb";
         nothingOverlaps(file, "demonstration", 10);
-        endsAsBefore(file, "demonstration");
+        endsAsItShould(file, "demonstration", Geometry::Mesh);
     }
-    endsAsBefore(TOUCHSTONE_BINARY_DIR "/scenes/bunnies.glb", "demonstration", Geometry::Spheres);
+    endsAsItShould(TOUCHSTONE_BINARY_DIR "/scenes/bunnies.glb", "demonstration", Geometry::Spheres);
 }
 
-TEST_CASE("one loop: nothing overlaps in any bundled motion, and what carries the tool is there", "[scenes][long]") {
+TEST_CASE("default mode: nothing overlaps in any bundled motion, and what carries the tool is there",
+          "[scenes][long]") {
     for (const auto& file : sceneFiles()) nothingOverlaps(file, "", 20);
 }
 
-TEST_CASE("one loop: nothing overlaps with friction on every pair, and the forces obey its law", "[scenes][long]") {
+TEST_CASE("default mode: nothing overlaps with friction on every pair, and the forces obey its law", "[scenes][long]") {
     for (const auto& file : sceneFiles()) nothingOverlaps(file, "", 20, 0.3);
 }
 
-TEST_CASE("one loop: between spheres every demonstration ends as with the classic loop", "[scenes][long]") {
-    for (const auto& file : sceneFiles()) endsAsBefore(file, "demonstration", Geometry::Spheres);
+TEST_CASE("default mode: between spheres every demonstration ends as it should", "[scenes][long]") {
+    for (const auto& file : sceneFiles()) endsAsItShould(file, "demonstration", Geometry::Spheres);
 }
 
-TEST_CASE("one loop: every bundled motion ends as with the classic loop", "[scenes][long]") {
-    for (const auto& file : sceneFiles()) endsAsBefore(file, "");
+TEST_CASE("default mode: every bundled motion ends as it should", "[scenes][long]") {
+    for (const auto& file : sceneFiles()) endsAsItShould(file, "", Geometry::Mesh);
 }
 
-}  // namespace touchstone::one_loop_tests
+}  // namespace touchstone::default_mode_tests
