@@ -87,10 +87,6 @@ TEST_CASE("default mode: nothing overlaps with friction on every pair, and the f
     for (const auto& file : sceneFiles()) nothingOverlaps(file, "", 20, 0.3);
 }
 
-TEST_CASE("default mode: between spheres every demonstration ends as it should", "[scenes][long]") {
-    for (const auto& file : sceneFiles()) endsAsItShould(file, "demonstration", Geometry::Spheres);
-}
-
 TEST_CASE("default mode: every bundled motion ends as it should", "[scenes][long]") {
     for (const auto& file : sceneFiles()) endsAsItShould(file, "", Geometry::Mesh);
 }

@@ -289,7 +289,7 @@ TEST_CASE("gears and wedge: with friction, a tick goes on from the contacts that
                 [&](const TickRecord& record) { ++ticks, evaluations += record.iterations; });
     }
     CHECK(ticks > 8000);
-    CHECK(evaluations < 18 * ticks);
+    CHECK(evaluations < 20 * ticks);
 }
 
 TEST_CASE("bunnies: with friction, a tool that slips as fast as it may keeps to the surface", "[scenes][friction]") {
