@@ -3,7 +3,7 @@
 const float kPi = 3.14159265;
 
 uniform vec3 eye;
-uniform mat3 rig;   // rotation from world to studio: x right, y up, z towards the viewer
+uniform mat3 rig;   // rotation from world to studio: x right, y up, z toward the viewer
 uniform vec3 keyDirection;   // in the studio, unit length
 uniform bool shadowed;
 uniform sampler2DShadow shadowMap;
@@ -21,7 +21,7 @@ vec3 toSrgb(vec3 linear) {
     return mix(linear * 12.92, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, linear));
 }
 
-// Khronos PBR Neutral tone mapper: keeps base colors and compresses only highlights towards white.
+// Khronos PBR Neutral tone mapper: keeps base colors and compresses only highlights toward white.
 vec3 toneMap(vec3 color) {
     const float start = 0.76, desaturation = 0.15;
     float low = min(color.r, min(color.g, color.b));
@@ -93,7 +93,7 @@ vec3 specular(vec3 f0, float roughness, float nl, float nv, float nh, float vh) 
     return (f0 + (1.0 - f0) * pow(1.0 - vh, 5.0)) * distribution * visibility;
 }
 
-// Radiance towards the eye. World space; `normal` has unit length and faces the eye. `lit`: share of the key light.
+// Radiance toward the eye. World space; `normal` has unit length and faces the eye. `lit`: share of the key light.
 vec3 shade(vec3 position, vec3 normal, vec3 baseColor, float metallic, float roughness, float lit) {
     roughness = clamp(roughness, 0.08, 1.0);
     vec3 f0 = mix(vec3(0.04), baseColor, metallic);

@@ -47,10 +47,9 @@ struct Material {
     friend bool operator==(const Material&, const Material&) = default;
 };
 
-/// The grid to which a file rounded its coordinates, in their unit: a power of ten, or the step of a normalized
-/// integer, of which all are multiples; if a text has a number of digits, of which those of the largest decade are. The
-/// spacing of floats there if they have no grid, or too few use its last digit to tell. 0 without a coordinate other
-/// than 0.
+/// The grid to which a file rounded its coordinates, in their unit: all are multiples of a power of ten or of the step
+/// of a normalized integer (in a text with a fixed number of digits, those of the largest decade are). If they have no
+/// grid, or too few use its last digit to tell, the spacing of floats at these coordinates. 0 if all coordinates are 0.
 double gridOf(const MeshData& mesh);
 
 /// Smooth unit normals: at each position the area-weighted mean of the triangle normals; +z if that is zero.

@@ -26,8 +26,8 @@ namespace {
 constexpr std::string_view kStart = "ISO-10303-21;", kEnd = "END-ISO-10303-21;";
 constexpr const char* kExportAgain = "export the parts from the CAD program as STEP AP203, AP214 or AP242";
 
-/// The program that reads STEP: the one in $TOUCHSTONE_STEP, beside this one, where it is built, or below its prefix,
-/// where it is installed.
+/// The program that reads STEP: that of $TOUCHSTONE_STEP; in a build folder the one beside this program, in an
+/// installation the one below the prefix.
 fs::path readerProgram() {
     if (const char* named = std::getenv("TOUCHSTONE_STEP")) return named;
     const fs::path own = programFolder();

@@ -36,6 +36,7 @@ void drawCloud(const Canvas& canvas, const Layer& layer, const Place& place) {
 void drawChart(const char* label, std::span<const Layer> layers, const ChartOptions& options) {
     ImGui::PushID(label);
     drawTitle(label, "");
+    // Legend.
     bool any = false;
     for (const Layer& layer : layers) {
         if (layer.name.empty()) continue;
@@ -43,6 +44,7 @@ void drawChart(const char* label, std::span<const Layer> layers, const ChartOpti
         ImGui::TextColored(vector(layer.color), "%s", layer.name.c_str());
         any = true;
     }
+    // Axes over all points, in decades.
     const auto kept = [&](glm::vec2 p) { return glm::max(p, glm::vec2(options.xFloor, options.yFloor)); };
     ColumnRange xs, ys;
     for (const Layer& layer : layers)
@@ -65,6 +67,7 @@ void drawChart(const char* label, std::span<const Layer> layers, const ChartOpti
         return {canvas.x(across.fraction(p.x)), canvas.y(up.fraction(p.y))};
     };
 
+    // Layers, and the note of the point nearest to the mouse.
     const glm::vec2 mouse{ImGui::GetIO().MousePos.x, ImGui::GetIO().MousePos.y};
     const std::string* nearest = nullptr;
     float distance = 10 * shape.unit;
@@ -106,6 +109,7 @@ void drawChart(const char* label, std::span<const Layer> layers, const ChartOpti
         }
     }
     canvas.list.PopClipRect();
+    // Title of the horizontal axis, and the values under the mouse.
     const std::string xTitle = std::string(options.xName) + " [" + options.xUnit + "]";
     ImGui::SetCursorPosX(ImGui::GetCursorPosX() + shape.margin + shape.width - ImGui::CalcTextSize(xTitle.c_str()).x);
     ImGui::TextDisabled("%s", xTitle.c_str());

@@ -86,6 +86,7 @@ PlotMouse drawSeries(const char* label, std::span<const Series> series, const Pl
     drawTitle(label, options.unit);
     const PlotShape shape(options.height);
     const float width = shape.width, height = shape.height, line = shape.line;
+    // The range of each series in every pixel column.
     std::vector<std::vector<ColumnRange>> columns;
     std::vector<ColumnRange> ranges;
     ColumnRange all;
@@ -101,6 +102,7 @@ PlotMouse drawSeries(const char* label, std::span<const Series> series, const Pl
     const Canvas canvas(shape);
     ImDrawList& list = canvas.list;
     if (!all.empty()) canvas.drawVerticalAxis(axis);
+    // Time axis.
     const float span = static_cast<float>(stretch.window) * options.samplePeriodMs;
     const float behind = static_cast<float>(stretch.skip) * options.samplePeriodMs;
     for (const float tick :
@@ -109,6 +111,7 @@ PlotMouse drawSeries(const char* label, std::span<const Series> series, const Pl
     if (all.empty()) canvas.drawNoData();
     for (std::size_t i = series.size(); i-- > 0;)  // the first of the legend on top
         drawColumns(list, columns[i], axis, canvas.topLeft, height, color(series[i].color), 1.5f * shape.unit);
+    // Budget line, and red marks at the top.
     if (options.budget && !all.empty()) {
         const float y = canvas.y(axis.fraction(*options.budget));
         list.AddLine({canvas.topLeft.x, y}, {canvas.bottomRight.x, y}, kWarning, shape.unit);
@@ -125,6 +128,7 @@ PlotMouse drawSeries(const char* label, std::span<const Series> series, const Pl
             }
     }
 
+    // What the mouse does, and the values under it.
     PlotMouse mouse;
     const ImGuiIO& io = ImGui::GetIO();
     if (canvas.held) {
@@ -179,7 +183,7 @@ void drawHistogram(const char* label, const RingView& samples, Stretch stretch, 
         canvas.list.AddRectFilled({x, canvas.y(bars.fraction(static_cast<float>(counts[i])))},
                                   {x + std::max(step - 1, 1.f), canvas.bottomRight.y}, color(barColor));
     }
-    // Names in one line: beside their levels, or pushed on by the name before, and back from the right edge.
+    // Names in one line, each beside its level, moved right past the name before and kept inside the right edge.
     const float between = 4 * shape.unit;
     std::vector<float> left;
     float end = canvas.topLeft.x;

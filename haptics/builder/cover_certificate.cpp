@@ -161,6 +161,7 @@ class CoverCertificate::Walk {
             if (raise) pieces.push_back({best, least * weight(best), t});
             return;
         }
+        // No ball covers the whole piece: it is a gap if it is small or a corner is bare, and is halved otherwise.
         const auto [longest, edge2] = longestEdge(t);
         const bool small = edge2 <= resolution_ * resolution_ || level >= kMaxDepth;
         const auto hole = std::find(bare.begin(), bare.end(), true);
@@ -182,6 +183,7 @@ class CoverCertificate::Walk {
                 return;
             }
         }
+        // Halve the longest edge, and visit both halves with the balls near them.
         const Vec3 &a = t[longest], &b = t[(longest + 1) % 3], &c = t[(longest + 2) % 3];
         const Vec3 m = 0.5 * (a + b);
         for (const Triangle& half : {Triangle{a, m, c}, Triangle{m, b, c}}) {

@@ -55,6 +55,7 @@ double estimateGrowth(const CoverTask& task, double count) {
     double growth = 4e-3;
     // Balls may overlap the facets by a share of the growth, so the depths depend on the growth: iterate.
     for (int pass = 0; pass < 3; ++pass) {
+        // Depths at points that are spread evenly over the surface.
         std::vector<double> depths;
         double sum = 0;
         for (const Face& f : task.mesh.faces) {
@@ -79,6 +80,7 @@ double estimateGrowth(const CoverTask& task, double count) {
                                                           : std::max(0.0, task.solid.depth(p)));
             }
         }
+        // Bisection in the logarithm of the growth, for the requested number of balls.
         const auto balls = [&](double e) {
             double n = 0;
             for (double d : depths) {

@@ -220,6 +220,7 @@ std::optional<MeshCap> capOf(const std::vector<Vec3>& vertices, const std::vecto
     const double extent = extentOf(vertices, loop);
     const Vec3 normal = areaVector(vertices, loop).normalized();
     cap.flat = liesIn(vertices, loop, vertices[loop.front().from], normal, kFlatness * extent);
+    // Rings become one loop, which is triangulated flat or smoothly.
     for (std::size_t i = 1; i < hole.size(); ++i) bridge(vertices, loop, hole[i]);
     if (loop.size() < 3 || loop.size() > (cap.flat ? kMostFlat : kMostSmooth)) return {};
     Triangulation triangulation(vertices, loop);
@@ -227,6 +228,7 @@ std::optional<MeshCap> capOf(const std::vector<Vec3>& vertices, const std::vecto
         return {};
     cap.faces = triangulation.faces();
 
+    // How much of the rim continues the surface beside it, and how much folds back onto it.
     std::map<std::pair<int, int>, Vec3> beside;
     double rim = 0, continued = 0, folded = 0;
     cap.level = true;

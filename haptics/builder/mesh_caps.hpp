@@ -22,13 +22,13 @@ std::vector<std::vector<RimLoop>> flatHoles(const std::vector<Vec3>& vertices, s
 struct MeshCap {
     std::vector<Corners> faces;
     double area = 0;
-    double continued = 0;  ///< share of the rim along which the faces beside it go on with a bend of at most 30°
+    double continued = 0;  ///< share of the rim where the cap continues the face beside it with a bend of at most 30°
     bool flat = false;
     bool level = false;  ///< each of its faces lies in the plane of a face beside it
 };
 
-/// A triangulation of the loops of one hole: of a flat one without overlap, of another one the smoothest. Nothing if
-/// there is no such triangulation, or the rim has more than 400 edges (100 if it is not flat).
+/// A triangulation of the loops of one hole: without overlap if it is flat, otherwise the smoothest. Nothing if there
+/// is no such triangulation, or the rim has more than 400 edges (100 if it is not flat).
 std::optional<MeshCap> capOf(const std::vector<Vec3>& vertices, const std::vector<RimLoop>& hole);
 
 }  // namespace touchstone

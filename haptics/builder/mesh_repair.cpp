@@ -147,7 +147,7 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
     out.repairs.turned = shells.turned();
     shells.append(out.faces, out.cover);
     if (shells.anyClosed() && shells.addLooseSheets(exposed, sheets)) {
-        // Without them tolerances are those of the part alone.
+        // Repaired again without the sheets, so that the tolerances follow from the part alone.
         Tidied tidied = withoutSheets(mesh, placeOf, shells.vertices().size(), sheets, shells.keptFaces());
         if (!tidied.loose.empty() && !tidied.mesh.triangles.empty()) {
             RepairedMesh body = repairMesh(tidied.mesh, heartbeat);

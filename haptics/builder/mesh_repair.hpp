@@ -74,15 +74,15 @@ MeshDefects defectsOf(const RepairedMesh& body);
 
 /// Repairs a mesh:
 /// - It welds vertices (within 1e-6 of the diagonal) and T-junctions (a vertex on the open edge of another face), and
-///   drops collapsed and duplicate faces. Along open edges the tolerance is what rounding to the mesh's grid can part,
-///   1e-5 to 2.5e-3 of the diagonal.
+///   drops collapsed and duplicate faces. Along open edges the tolerance is the gap that rounding to the mesh's grid
+///   can leave, 1e-5 to 2.5e-3 of the diagonal.
 /// - It orients every shell (faces joined at edges that exactly two of them share) consistently, and outward by its
-/// signed
-///   volume. A shell wholly inside another one keeps its orientation relative to it: opposed, it is a cavity; otherwise
-///   it is buried.
-/// - A hole is closed where one cap goes on with the surface around it (flat: up to a quarter of the area of the
-///   closed shell; smooth: up to 1/20), or fills a flat opening (up to a tenth; several openings: up to 1/100
-///   together), and crosses nothing.
+///   signed volume. A shell wholly inside another one keeps its orientation relative to it: if opposed, it is a cavity;
+///   otherwise it is buried.
+/// - It closes a hole by one cap that crosses nothing, if the cap continues the surface around it (flat: up to a
+/// quarter
+///   of the area of the closed shell; smooth: up to 1/20) or fills a flat opening (up to a tenth; several openings: up
+///   to 1/100 together).
 /// - Nearly flat sheets outside the closed shells, of at most 5 % of the area of these together, or 1 % if they hang on
 ///   them, are left out: the result is that of a mesh without them.
 /// - Two faces back to back cancel and become a sheet. An open shell also becomes a sheet, unless its holes are small

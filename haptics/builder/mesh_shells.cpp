@@ -14,17 +14,18 @@ namespace {
 
 // Mean thickness 2V/A, in the frame of RepairedMesh, below which a shell bounds no volume.
 constexpr double kThinnest = 1e-6;
-// Largest ratio of the caps' area to the surface's area: with it a tube of up to 50 diameters of length stays open.
+// Largest ratio of the caps' area to the surface's area: so that a tube of up to 50 diameters in length stays open.
 constexpr double kSmallHoles = 0.01;
 // Largest caps that close a hole for sure, as shares of the area of the closed shell. Flat and going on with the
 // surface beside it: a plate of twelve triangles may lack one, a quarter. Smooth: a guess, so less. A flat opening:
 // more might be meant to be open, as a box without a lid is.
 constexpr double kFlatCap = 0.25, kSmoothCap = 0.05, kOpening = 0.1;
-// Least share of the rim along which a cap goes on with the surface: a triangle of a box does along its diagonal.
+// Least share of the rim where a cap continues the surface: a triangle of a box does along its diagonal.
 constexpr double kFlatRim = 0.25, kSmoothRim = 0.5;
 // Least ratio of a loose sheet's vector area to its area: a flat one has 1, half a sphere 0.5.
 constexpr double kNearlyFlat = 0.7;
-// Largest area of loose sheets that hang on the closed shells, as a share of that of these: a larger one may be a fin.
+// Largest area of loose sheets attached to the closed shells, as a share of the shells' area: a larger one may be a
+// fin.
 constexpr double kFlaps = 0.01;
 // Maximum number of rounds in which flaps are dropped.
 constexpr int kFlapRounds = 100;
@@ -198,6 +199,7 @@ std::vector<char> Shells::openGroups() const {
 bool Shells::dropFlaps() {
     const std::size_t patches = groupOf_.size();
     const std::vector<char> open = openGroups();
+    // Only patches of open groups with several patches may be flaps.
     std::vector<int> members(2 * patches, 0);
     for (const int g : groupOf_) ++members[g];
     std::vector<char> kept(patches, 0);  // patches that are no flaps
@@ -218,10 +220,12 @@ bool Shells::dropFlaps() {
             forEachGroup(nets, visit);
         }
     };
+    // A patch is kept if an open edge would stay open without it.
     forEachOpen([&](const Net* first, const Net* last, int sum) {
         for (const Net* n = first; n != last; ++n)
             if (n->sum != 0 && n->sum != sum) kept[n->patch] = 1;
     });
+    // At each edge, only the smallest flap goes.
     std::vector<char> waiting(patches, 0);
     forEachOpen([&](const Net* first, const Net* last, int) {
         int least = -1;

@@ -12,8 +12,8 @@ namespace touchstone {
 /// RepairedMesh.
 class Shells {
   public:
-    /// Takes ownership of the vertices and faces. `apart`: by which rounding may have parted two places of the input.
-    /// `pulse` must outlive the object.
+    /// Takes ownership of the vertices and faces. `apart`: how far rounding may have moved two equal points of the
+    /// input apart. `pulse` must outlive the object.
     Shells(WeldedMesh&& mesh, double apart, Pulse& pulse);
     Shells(const Shells&) = delete;  // its edges refer to its faces
     Shells& operator=(const Shells&) = delete;
@@ -34,9 +34,9 @@ class Shells {
     /// are appended to `sure` again.
     void append(std::vector<Face>& out, std::vector<Triangle>& sure);
 
-    /// Adds the vertices of the faces of each loose sheet: outside the closed shells, nearly flat, and small, together
-    /// with all others and, if they hang on the shells, with those that `sheets` has, of area `attached`. These are
-    /// removed if all together are not small. Returns whether there is any. Pre: append() was called.
+    /// Adds the vertices of the faces of each loose sheet: nearly flat, outside the closed shells, and small together
+    /// with all other loose sheets. `sheets` has those that hang on the shells, of area `attached`; they are removed if
+    /// all together are not small. Returns whether there is any. Pre: append() was called.
     bool addLooseSheets(double attached, std::vector<std::vector<int>>& sheets);
     /// All faces but those of loose sheets. Pre: addLooseSheets() was called.
     std::vector<Corners> keptFaces() const;
@@ -51,7 +51,7 @@ class Shells {
   private:
     struct Shell {
         bool closed = false, cavity = false;
-        bool loose = false;  ///< a sheet of which addLooseSheets() says so
+        bool loose = false;  ///< a sheet that addLooseSheets() found loose
         double volume = 0;   ///< signed, with the orientation that the faces had in the input
         int firstCap = 0, firstGuess = 0, lastCap = 0, holes = 0;  ///< caps from firstGuess on are guessed
         Box box;

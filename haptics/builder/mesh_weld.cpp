@@ -9,8 +9,7 @@ namespace touchstone {
 namespace {
 
 constexpr int kBucket = 8;  // maximum number of points in a bucket, which a search tests one by one
-/// Maximum number of rounds in which open edges are joined. Each adds up to twice the tolerance to what the surface
-/// moved.
+/// Maximum number of rounds in which open edges are joined. Each may move the surface by another twice the tolerance.
 constexpr int kSeamRounds = 4;
 
 Triangle triangleOf(const std::vector<Vec3>& vertices, const Corners& c) {

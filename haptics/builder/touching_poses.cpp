@@ -130,6 +130,7 @@ class PosedTree {
             }
             return box;
         };
+        // Only leaves that reach into the box of the other tree can touch; side by side for the inner loop.
         const Box toolBox = boxOf(placed_), obstacleBox = boxOf(obstacle_);
         const auto reaches = [&](const Leaf& b, const Box& box) {
             const Vec3 off = (box.lo - b.center).cwiseMax(b.center - box.hi).cwiseMax(0.0);

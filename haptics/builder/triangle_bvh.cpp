@@ -72,6 +72,7 @@ std::vector<Box> boxesOf(const std::vector<Triangle>& triangles) {
 TriangleBvh::TriangleBvh(std::vector<Triangle> triangles) : tree_(boxesOf(triangles)) {
     for (int i : tree_.order()) triangles_.push_back(triangles[i]);
     for (const Triangle& t : triangles_) needle_.push_back(isNeedle(t));
+    // Packs four triangles of a leaf side by side, with the reciprocals that a distance needs.
     const auto inverse = [](double x) { return x > 0 ? 1 / x : 0; };
     for (const BoxTree::Node& node : tree_.nodes()) {
         packOf_.emplace_back();
@@ -235,6 +236,7 @@ double TriangleBvh::tangentRadius(const Vec3& p, const Vec3& direction, double r
         reach2 = std::max(0.0, r - slack) * std::max(0.0, r - slack);
     };
     shrinkTo(radius);
+    // Visits the boxes near the ball, nearest first, and shrinks the ball to each triangle that reaches into it.
     std::array<int, BoxTree::kStack> stack;
     int top = 0;
     stack[top++] = 0;

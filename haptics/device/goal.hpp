@@ -7,8 +7,7 @@
 
 namespace touchstone {
 
-/// The rotation about y that a rotation contains, less those by a whole number of steps, of which `fold` make a turn,
-/// rad; 0 if `fold` is.
+/// The twist of a rotation about y, rad, modulo steps of 1/`fold` of a turn; 0 if `fold` is 0.
 double foldedTwist(const Quat& q, int fold);
 
 /// Where the tool node should come to rest, scene frame. The defaults accept any orientation.
@@ -24,8 +23,8 @@ struct GoalRegion {
     /// Between two of them the tool moves along a line and turns about its node's origin. Empty: straight along -y.
     std::vector<Pose> way = {};
 
-    /// Unit direction, in the frame of the goal, in which the tool leaves the goal, and the way at its outer end; +y,
-    /// or that of the last and first piece of the way that is more than a turn.
+    /// Unit directions, in the frame of the goal, in which the tool leaves the goal, and in which it leaves the outer
+    /// end of the way: those of the last and the first piece that do more than turn; +y without such a piece.
     Vec3 outAtGoal() const;
     Vec3 outAtStart() const;
 

@@ -106,6 +106,7 @@ InsertingHand::InsertingHand(const Pose& X_WT_start, const GoalRegion& goal, con
 }
 
 std::vector<InsertingHand::Segment> InsertingHand::segmentsOf(const GoalRegion& goal, const Pose& X_GT_start) {
+    // The way ends at the goal; without one it leads straight in from the start.
     std::vector<Pose> way = goal.way;
     if (way.empty()) way.push_back({{0, std::max(1.0, X_GT_start.p.y()), 0}});
     way.push_back({});
@@ -114,6 +115,7 @@ std::vector<InsertingHand::Segment> InsertingHand::segmentsOf(const GoalRegion& 
         const Vec6 move = incrementBetween(way[i], way[i + 1]);
         const double along = move.head<3>().norm(), around = kLever * move.tail<3>().norm();
         if (along + around < 1e-6) continue;
+        // A segment has its own frame at its end, with y along the motion out or about the turn.
         Segment segment;
         segment.turns = around > along;
         Vec3 out = segment.turns ? Vec3(move.tail<3>()) : Vec3(-move.head<3>());
@@ -126,6 +128,7 @@ std::vector<InsertingHand::Segment> InsertingHand::segmentsOf(const GoalRegion& 
         segment.in = -start / segment.length;
         segments.push_back(segment);
     }
+    // A segment that ends at a sharp bend is pressed a little past its end.
     for (std::size_t i = 0; i + 1 < segments.size(); ++i) {
         const auto direction = [](const Segment& one) {
             Vec6 d;
@@ -266,9 +269,11 @@ void InsertingHand::comply(double dt) noexcept {
 }
 
 void InsertingHand::press(double dt) noexcept {
+    // Pull the target ahead of the hand, at most as far as the pressing force needs.
     const double lead = (eased_ ? kEased : 1) * parameters_.press / parameters_.hand.spring;
     const double rest = -segment().in.dot(seen_), held = -segment().in.dot(held_), target = -segment().in.dot(target_);
     target_ += (target - std::max(target - parameters_.speed * dt, held - lead)) * segment().in;
+    // The tool is stuck if it has not gone on for a while.
     const double way = thread_ == Thread::None ? rest : twistLeft();  // shrinks as the tool moves on
     stuckMs_ += dt;
     if (way < least_ - kProgress) {
@@ -276,6 +281,7 @@ void InsertingHand::press(double dt) noexcept {
         stuckMs_ = 0;
     }
     const bool stuck = stuckMs_ > kStuckMs;
+    // At the end of the segment: settle at the goal, or enter the next one.
     const double left = last() ? -segment().in.dot(fromGoal()) : rest;
     const bool arrived = last()
                              ? left <= 0 || (stuck && left <= goal_.tolerance + kTouch)
@@ -287,6 +293,7 @@ void InsertingHand::press(double dt) noexcept {
             enter(segment_ + 1);
         return;
     }
+    // Otherwise turn on the thread, search, or yield aside.
     if (stuck && segment_ == 0 && first_ == 0) first_ = rest;
     eased_ = eased_ && stuck;
     if (thread_ != Thread::None || (stuck && goal_.lead != 0))
@@ -301,11 +308,11 @@ void InsertingHand::press(double dt) noexcept {
         change(Act::Retreat);
 }
 
-/// What the thread has still to turn, up to a constant, mm on kLever.
+/// How far the thread still has to turn, up to a constant, mm on kLever.
 double InsertingHand::twistLeft() const noexcept { return goal_.lead > 0 ? seen_[4] : -seen_[4]; }
 
 /// Turns the tool in on its thread. If that is blocked, or does not move the tool, the tool turns back until it drops
-/// by what tells that the thread has found its beginning.
+/// far enough to show that the thread has found its beginning.
 void InsertingHand::screw(bool stuck, double rest, double dt) noexcept {
     const double way = twistLeft();
     const auto begin = [&](Thread thread) {

@@ -159,6 +159,7 @@ double NearPairs::measure(int index, const Pose& q, std::vector<Contact>* found)
     const Vec3 p_OC = X_OT * impl_.p_TC;
     for (std::size_t v = 0; v < placed_.vertices.size(); ++v) placed_.vertices[v] = X_OT * impl_.tool.vertices[v];
 
+    // A pair counts as a contact if it is a local minimum of the distance: both features stand out toward each other.
     double least = margin_;
     const auto add = [&](const Vec3& onTool, const Feature& toolFeature, const Feature& otherFeature,
                          const Vec3& normal, double distance) {
@@ -175,10 +176,10 @@ double NearPairs::measure(int index, const Pose& q, std::vector<Contact>* found)
         if (standsOut(placed_, toolFeature, onTool, -normal) && standsOut(other, otherFeature, onOther, normal))
             add(onTool, toolFeature, otherFeature, normal, distance);
     };
-    // Near a valley the nearest point lies on only one of its faces, and a vertex that is pulled into the valley
-    // would move back and forth. Both planes become rows there. Near a ridge no part of the surface rises above
-    // the plane of a face, and no row is added. Where a valley bends, a tool that is clear may be behind a plane of
-    // it; such a row must not push it away, but only keep it from going further.
+    // In a valley both planes become rows: the nearest point lies on only one face, and a vertex that is pulled into
+    // the valley would move back and forth. Near a ridge no part of the surface rises above the plane of a face, so no
+    // row is added. If a valley bends, a tool that is clear may be behind one of its planes; such a row must not push
+    // the tool away, only keep it from going further.
     const double zone = kValley * impl_.options.shell;
     const auto ahead = [&](double distance) { return std::max(distance, impl_.options.shell); };
     const auto valley = [&](const ContactSurface& surface, int face, const Feature& on, const Vec3& at,
@@ -188,6 +189,7 @@ double NearPairs::measure(int index, const Pose& q, std::vector<Contact>* found)
     };
 
     const Pairs& pairs = pairs_[index];
+    // Vertices of the tool against faces of the obstacle.
     for (const auto& [v, g] : pairs.vertexFace) {
         Feature on;
         const Vec3 nearest = closestPoint(other, g, placed_.vertices[v], on);
@@ -199,6 +201,7 @@ double NearPairs::measure(int index, const Pose& q, std::vector<Contact>* found)
             add(vertex, {Feature::Kind::Vertex, v}, {Feature::Kind::Face, g}, normal,
                 ahead(normal.dot(vertex - nearest)));
     }
+    // Faces of the tool against vertices of the obstacle.
     for (const auto& [f, v] : pairs.faceVertex) {
         Feature on;
         const Vec3 nearest = closestPoint(placed_, f, other.vertices[v], on);
@@ -210,6 +213,7 @@ double NearPairs::measure(int index, const Pose& q, std::vector<Contact>* found)
             add(nearest, {Feature::Kind::Face, f}, {Feature::Kind::Vertex, v}, normal,
                 ahead(normal.dot(nearest - vertex)));
     }
+    // Edges against edges, at the nearest points of their lines.
     for (const auto& [e, d] : pairs.edgeEdge) {
         const auto& a = placed_.edges[e].vertices;
         const auto& b = other.edges[d].vertices;
@@ -224,8 +228,8 @@ double NearPairs::measure(int index, const Pose& q, std::vector<Contact>* found)
             measurePair(onTool, {Feature::Kind::Edge, e}, onOther, {Feature::Kind::Edge, d});
             continue;
         }
-        // Where the edges of a chain rise on both sides of a vertex, a crossing edge rests on two of them; this is also
-        // a valley.
+        // If the edges of a chain rise on both sides of a vertex, an edge across it rests on two of them: a valley
+        // again.
         const double distance = (onTool - onOther).norm();
         if (!found || std::max({beyondTool, beyondOther, distance}) > zone || distance == 0) continue;
         const Vec3 normal = (onTool - onOther) / distance;
@@ -237,6 +241,7 @@ double NearPairs::measure(int index, const Pose& q, std::vector<Contact>* found)
             !(beyondOther > 0 && standsOut(other, {Feature::Kind::Vertex, endOther}, otherEnd, normal)))
             add(onTool, {Feature::Kind::Edge, e}, {Feature::Kind::Edge, d}, normal, ahead(distance));
     }
+    // Faces that pierce each other touch, whatever their features are apart.
     if (least == 0) return 0;
     for (const auto& [f, g] : pairs.faces) {
         const Box a = placed_.box(f), b = other.box(g);

@@ -99,7 +99,7 @@ Scene makeIncline(const SceneOptions& options) {
     scene.name = "incline";
     const engine::FrictionMaterial wood{0.5, 0.4};
     setMaterial(scene, "wood", wood);
-    // It comes to rest where the spring pulls with the friction of sliding. Sphere trees are bumpy: they take 1 mm.
+    // The block comes to rest where the spring balances sliding friction, within 1 mm, since sphere trees are bumpy.
     const double load = press * std::cos(angle), weight = press * std::sin(angle);
     const glm::dvec3 end = at(place - (wood.dynamicOr() * load + weight) / kStiffness, 0).position / 1000.0;
     const json outcome{{"min_peak_force_N", press},

@@ -7,13 +7,12 @@
 
 namespace touchstone::app {
 
-/// Lengths in mm; those that are not given follow from the diameter, about as ISO 4014 has them. The bolt has the basic
-/// profile: flanks at 30° to the radial planes, crests an eighth and roots a quarter of the pitch wide; with another
-/// flank or depth the roots take what is left. The nut has the
-/// same profile, moved outward by the clearance on crests, roots and flanks alike, measured in a section along the
-/// axis. Each section lies on its profile; the bolt is inscribed between its sections and the nut circumscribed, so
-/// that they keep the clearance in any phase: with the default counts to 1 µm, and to 4 µm where the nut surrounds the
-/// bolt's chamfer.
+/// Lengths in mm; those that are not given follow from the diameter, about as in ISO 4014. The bolt has the basic
+/// profile: flanks at 30° to the radial planes, crests an eighth and roots a quarter of the pitch wide. With another
+/// flank or depth the roots have the remaining width. The nut has the same profile, moved outward by the clearance on
+/// crests, roots and flanks, measured in a section along the axis. Each section lies on its profile; the bolt is
+/// inscribed between its sections and the nut circumscribed, so that they keep the clearance in any phase: with the
+/// default counts to 1 µm, and to 4 µm where the nut surrounds the bolt's chamfer.
 struct ThreadFit {
     double diameter = 16, pitch = 2;
     double clearance = 0.05;  ///< of the flanks, crests and roots

@@ -276,6 +276,7 @@ PlanarMesh triangulate(const Outline& outer, const Outline& hole, double spacing
     addLoop(0, outer.size(), false);
     addLoop(outer.size(), hole.size(), true);
 
+    // The fill begins at the triangles beside the border, whose edges must all be present.
     const auto& triangles = delaunay.triangles();
     std::vector<char> taken(triangles.size(), 0);
     std::vector<Index> open;

@@ -68,6 +68,7 @@ engine::MeshData finished(const Solid& solid) {
         place.push_back(entry->second);
     }
 
+    // Normals of the faces, weighted by the angle at each corner.
     struct Corner {
         std::size_t face;
         glm::dvec3 weighted;
@@ -88,6 +89,7 @@ engine::MeshData finished(const Solid& solid) {
         faceNormals.push_back(normal);
     }
 
+    // A vertex is split where its faces meet in a sharp edge.
     engine::MeshData mesh;
     std::map<std::tuple<std::uint32_t, float, float, float>, std::uint32_t> corners;
     for (std::size_t f = 0; f < faces.size(); ++f)

@@ -97,6 +97,7 @@ struct Round {
 }  // namespace
 
 engine::MeshData TurnedSolid::mesh(double spacing) const {
+    // A grid of cells in cylindrical coordinates that follows all limits of the blocks.
     std::vector<double> radii, heights;
     for (const auto& [block, added] : steps_) {
         radii.insert(radii.end(), {block.inner, block.outer});
@@ -110,6 +111,7 @@ engine::MeshData TurnedSolid::mesh(double spacing) const {
         if (!whole(block)) round.take(block.from, block.inner), round.take(block.to, block.inner);
     round.divide(r.limits, spacing);
 
+    // Blocks fill or empty cells, in their order.
     const int rings = static_cast<int>(r.limits.size()) - 1, layers = static_cast<int>(y.limits.size()) - 1;
     const int sectors = static_cast<int>(round.lines.size());
     std::vector<char> full(static_cast<std::size_t>(rings * sectors * layers), 0);
@@ -125,6 +127,7 @@ engine::MeshData TurnedSolid::mesh(double spacing) const {
                     cell(ring, s % sectors, layer) = added;
     }
 
+    // The places of the grid, finer than its cells.
     const glm::ivec3 count(r.cell.size(), round.places.size(), y.cell.size());
     const auto filled = [&](glm::ivec3 at) {
         if (at.x < 0 || at.x >= count.x || at.z < 0 || at.z >= count.z) return false;
@@ -140,6 +143,7 @@ engine::MeshData TurnedSolid::mesh(double spacing) const {
             if (radius > 0 && round.angle(place, radius) >= round.next(round.places[place].first, radius))
                 throw std::invalid_argument("flanks cross; make what lies between them narrower or fewer");
 
+    // A face wherever a full cell borders an empty one.
     Solid solid;
     for (glm::ivec3 at(0); at.x < count.x; ++at.x)
         for (at.y = 0; at.y < count.y; ++at.y)

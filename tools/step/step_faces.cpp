@@ -43,6 +43,7 @@ void recognize(const TopoDS_Face& shape, const BRepAdaptor_Surface& surface, boo
     constexpr int kAcross = 24;
     double u1 = 0, u2 = 0, v1 = 0, v2 = 0;
     BRepTools::UVBounds(shape, u1, u2, v1, v2);
+    // Points with outward normals, evenly over the parameters.
     std::vector<engine::SurfacePoint> points;
     for (int i = 0; i <= kAcross; ++i)
         for (int j = 0; j <= kAcross; ++j) {
@@ -61,6 +62,7 @@ void recognize(const TopoDS_Face& shape, const BRepAdaptor_Surface& surface, boo
     face.axis = screw->axis;
     face.lead = screw->lead;
     if (screw->cylinder) face.radius = (screw->inner + screw->outer) / 2;
+    // Hollow if the normals point to the axis.
     double outward = 0;
     for (const engine::SurfacePoint& p : points) {
         const glm::dvec3 from = p.place - face.origin;
@@ -154,6 +156,7 @@ CadFace describe(const TopoDS_Face& shape) {
             recognize(shape, surface, reversed, face);
             break;
     }
+    // Area and bounding box of the face itself.
     GProp_GProps area;
     BRepGProp::SurfaceProperties(shape, area);
     face.area = std::abs(area.Mass()) * kMetersPerUnit * kMetersPerUnit;
@@ -173,7 +176,7 @@ double distanceToSurface(const BRepAdaptor_Surface& surface, const gp_Pnt& point
     surface.D1(u, v, foot, du, dv);
     const gp_Vec from(foot, point);
     const gp_Vec normal = du.Crossed(dv);
-    // Along the normal: the parameters of a triangle's middle are not those of the foot of its perpendicular.
+    // Measured along the normal, since (u, v) of a triangle's middle is not exactly the foot of its perpendicular.
     return normal.Magnitude() > 1e-12 ? std::abs(from.Dot(normal)) / normal.Magnitude() : from.Magnitude();
 }
 

@@ -15,13 +15,13 @@ glm::dvec3 meters(const gp_XYZ& point);
 
 engine::CadFace describe(const TopoDS_Face& face);
 
-/// Distance of a point from the exact surface, near whose point of the parameters (u, v) it lies, mm.
+/// Distance of a point from the exact surface near the surface's point at (u, v), mm.
 double distanceToSurface(const BRepAdaptor_Surface& surface, const gp_Pnt& point, double u, double v);
 
-constexpr double kLeastArea = 1e-15;  ///< m²: a square of 30 nm; a face with less is none
+constexpr double kLeastArea = 1e-15;  ///< m²: a square of 30 nm; smaller faces are ignored
 
-/// The solids of a shape in one compound, each with its outside outside. Null, with a clause in `problem` that
-/// completes "the part ..." if there is none.
+/// The solids of a shape in one compound, each with its normals outward. If there is none, null, and `problem` has a
+/// clause that completes "the part ...".
 TopoDS_Shape solidsOf(const TopoDS_Shape& shape, std::string& problem);
 
 /// All faces of the solids, in the order in which they are described and meshed.

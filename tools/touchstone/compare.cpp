@@ -146,6 +146,7 @@ std::vector<double> forceDifferences(const ComparedRun& a, const ComparedRun& b)
 }
 
 ordered_json rowOf(const ComparedRun& run, const ComparedRun* exact) {
+    // Values of all ticks.
     std::vector<double> step, collision, solve, rows, iterations, hover, force, errors;
     std::array<int, 4> statuses{};
     int over = 0, pairs = 0;
@@ -186,6 +187,7 @@ ordered_json rowOf(const ComparedRun& run, const ComparedRun* exact) {
         row[stage + "_p999_us"] = orNull(p.p999);
         row[stage + "_max_us"] = orNull(p.max);
     }
+    // Counts, errors, and what a hand would feel.
     row["ticks_over_1ms"] = over;
     row["pairs_max"] = pairs;
     row["rows_p50"] = orNull(percentile(rows, 50));

@@ -26,7 +26,7 @@ void sayOnConsole(sandbox::Message::Kind kind, const std::string& text);
 std::string programAsTyped();
 
 /// The text in lines that end before the terminal's right edge, or after $COLUMNS columns; each but the first is
-/// indented. As it is where neither is known or wide enough.
+/// indented. Unchanged if neither is known or wide enough.
 std::string wrapped(const std::string& text, std::size_t indent);
 
 /// Throws std::runtime_error with one sentence if there is no display for a window.

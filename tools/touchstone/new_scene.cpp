@@ -306,6 +306,7 @@ engine::Scene makeScene(const NewScene& parts, std::vector<std::string>& warning
     const glm::dvec3& axis = parts.axis;
     if (parts.demonstration && !parts.goal)
         throw UsageError("--demo needs a goal to lead to: give --goal DEPTH, or --assembled");
+    // The extent of the obstacles and the lowest point of the tool, along the way out.
     double top = -1e30, under = 1e30;
     for (const Part& obstacle : parts.obstacles) {
         const Span along = span(obstacle, axis);
@@ -340,6 +341,7 @@ engine::Scene makeScene(const NewScene& parts, std::vector<std::string>& warning
                                           : originOf(parts.tool, axis, bottom, parts.assembled ? top : bottom + depth);
         origin.rotation = glm::dquat(glm::dvec3(0, 1, 0), axis);
     }
+    // The pose of the tool at a travel; on a thread it turns as it travels.
     const double lead = parts.goal ? parts.goal->lead : 0, turn = parts.goal ? parts.goal->turn : 0;
     const auto at = [&](double travel) {
         engine::RigidPart pose = origin;
@@ -357,6 +359,7 @@ engine::Scene makeScene(const NewScene& parts, std::vector<std::string>& warning
         addPart(scene, obstacle, sandbox::Role::Obstacle, parts, own, own);
     }
     if (parts.goal) addGoal(scene, *parts.goal, depth, size, at(goal));
+    // A demonstration from the start to the goal, where the tool must be seated.
     if (parts.demonstration) {
         nlohmann::json extras = *scene.registry.get<engine::NodeMarking>(tool).extras;
         extras["touchstone"]["outcome"] = {{"seated", true}, {"max_penetration_mm", 0.001}};

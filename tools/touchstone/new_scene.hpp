@@ -46,9 +46,9 @@ struct Part {
 Part readPart(const std::filesystem::path& file, const PartFrame& frame, const engine::Material& material,
               const engine::RigidPart& pose = {});
 
-/// The box around what is shown and encloses something: a stray triangle is no part of the part. Adds a note on what is
-/// left out, closed, or open, with its place in the coordinates of the file, which has them in `unit`, with +z up if
-/// `zUp`, and whose part was put to `pose`.
+/// Sets the box of the part, without stray triangles that enclose nothing. Adds a note on what was left out, closed, or
+/// stays open, with its place in the coordinates of the file: in `unit`, with +z up if `zUp`, before the part was moved
+/// to `pose`.
 void findBox(Part& part, const std::string& file, bool zUp, const PlaceUnit& unit, const engine::RigidPart& pose);
 
 /// Where the tool should end, relative to the scene's parts.
@@ -82,7 +82,7 @@ engine::RigidPart chained(const engine::RigidPart& first, const engine::RigidPar
 /// digits, and later contacts. Returns by how much, m.
 glm::dvec3 moveToOrigin(NewScene& parts);
 
-/// Adds to `warnings` what is allowed but rarely meant.
+/// Adds to `warnings` what is allowed but rarely intended.
 ///
 /// Parts keep their coordinates, apart from the tool, which starts outside along the axis by a tenth of its size. With
 /// a goal, the origin of the tool's node is put on the axis of the portion that goes in. Throws UsageError if there is

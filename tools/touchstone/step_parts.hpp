@@ -36,7 +36,7 @@ class StepParts {
     StepParts(const std::filesystem::path& tool, const std::vector<std::filesystem::path>& obstacles,
               const StepChoice& choice);
 
-    /// A tool or an obstacle: the parts of one file that go with it; without any if it is not of a STEP file.
+    /// A tool or an obstacle: the parts of one file that belong to it; none if it is not from a STEP file.
     struct Body {
         std::filesystem::path file;
         std::size_t assembly = 0;

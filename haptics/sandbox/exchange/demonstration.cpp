@@ -95,8 +95,8 @@ void compare(Agreement& agreement, const RecordedTick& recorded, const RecordedT
     }
     const TickRecord &a = recorded.record, &b = replayed.record;
     raise(agreement.position, (a.X_WT.p - b.X_WT.p).norm());
-    // Twice the distance of the quaternions, of which q and -q are the same rotation, is the angle, up to its third
-    // power.
+    // The angle between rotations is twice the distance of their quaternions, up to third order; q and -q are the same
+    // rotation.
     const auto &p = a.X_WT.q.coeffs(), &q = b.X_WT.q.coeffs();
     raise(agreement.angle, 2 * std::min((p - q).norm(), (p + q).norm()));
     for (const auto& [was, is] : {std::pair{&a.wrench_C, &b.wrench_C}, std::pair{&a.wrench_o, &b.wrench_o}}) {

@@ -15,8 +15,8 @@
 
 namespace touchstone::sandbox {
 
-/// By how much a replay may deviate where it runs in another build or on another processor. Between such builds the
-/// last bits of a tick differ, and a step that is limited by a count may end elsewhere. On the same build: not at all.
+/// How far a replay may deviate in another build or on another processor: there the last bits of a tick differ, and a
+/// step that is limited by a count may end elsewhere. In the same build it must not deviate at all.
 struct Tolerance {
     double position = 1e-6;  ///< mm, of the tool pose
     double angle = 1e-8;     ///< rad, of the tool pose

@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The first member of the settings in which two recording.json differ; empty if it is none.
+/// The first key of the settings in which two recording.json differ; empty if they differ elsewhere.
 std::string changedSetting(const json& then, std::string_view notes) {
     const json now = json::parse(notes, nullptr, false);
     if (!now.is_object() || !now.contains("settings") || !then.is_object()) return {};

@@ -99,6 +99,7 @@ struct GpuPqp::Impl {
             glMapBufferRange(GL_COPY_READ_BUFFER, 0, bytes, GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_BUFFER_BIT));
         if (!packed) throw std::runtime_error(kNoMemory);
         known.resize(batch.size());
+        // Each thread rounds its share of the problems, column by column.
         eachOfBatch([&](std::size_t from, std::size_t to) {
             int most = 0;
             for (std::size_t at = from; at < to; ++at) most = std::max(most, problems[batch[at]].rows->size());
@@ -150,7 +151,7 @@ struct GpuPqp::Impl {
                                          : "the card's OpenGL context was lost: start the program again");
     }
 
-    /// Solves the batch, whose upload began at `start`, which becomes the end of the solve.
+    /// Solves the batch. `start`: when its upload began; set to when the solve ended.
     void dispatch(const SolverSettings& settings, std::uint64_t& start) {
         const std::size_t count = batch.size();
         const bool paper = settings.paperForm;
@@ -188,7 +189,7 @@ struct GpuPqp::Impl {
             glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0,
                                static_cast<GLsizeiptr>(values.size() * sizeof values.front()), values.data());
         };
-        // Twice as many dispatches each time, until every problem is done: few queries, and few wasted dispatches.
+        // Doubles the dispatches between two queries until every problem is done: few queries, few wasted dispatches.
         std::int64_t made = 0;
         bool goesOn = true;
         for (std::int64_t asked = 1; goesOn && made <= limit; asked *= 2) {

@@ -75,7 +75,7 @@ class RoomFinder {
         return moved.norm() <= range_ && turned <= range_ && (!goal_ || goal_->contains(X_WT));
     }
 
-    /// X_WT after a move of C and a turn about it that bring it there, a turn of 1 rad counting as the tool's reach.
+    /// X_WT after a translation of C and a rotation about it; a turn of 1 rad counts as the tool's reach.
     Pose after(const Pose& X_WT, const Vec6& x) const {
         const Vec3 C = X_WT * world_.p_TC();
         const Quat q = (expRotation(x.tail<3>() / world_.reach()) * X_WT.q).normalized();
@@ -85,7 +85,7 @@ class RoomFinder {
     /// Out of an overlap, if there is a way out nearby: tries the directions of the tool's axes one by one, with ever
     /// smaller steps.
     PartGap apart(Pose& X_WT, PartGap best, double enough) {
-        // No point of the tool moves by more than the range and a turn by as much.
+        // No point of the tool moves by more than the range, plus as much by turning.
         if (-best.gap > 2 * range_) return best;
         const Mat3 axes = X_WT.q.toRotationMatrix();
         int trials = 0;
@@ -133,6 +133,7 @@ class RoomFinder {
     /// The move within `step` that leaves the most room to all pairs, which are taken as planes. Nothing if there are
     /// too many of them.
     std::optional<Vec6> linearized(const Pose& X_WT, double clearance, double step) {
+        // A row for each near pair, with turns as lengths at the tool's reach.
         rows_.clear();
         const Vec3 C = X_WT * world_.p_TC();
         bool fits = true;
@@ -153,10 +154,12 @@ class RoomFinder {
             });
         }
         if (!fits) return {};
+        // Bounds on each component of the move.
         const int pairs = rows_.size();
         for (int axis = 0; axis < 6; ++axis)
             for (const double sign : {1.0, -1.0})
                 rows_.push(sign * Vec6::Unit(axis), step, std::uint64_t(rows_.size()));
+        // The greatest room that a move can give to all pairs, by bisection.
         std::vector<double> gaps(rows_.gap(), rows_.gap() + pairs);
         std::optional<Vec6> best;
         double low = clearance, high = clearance + 2 * step;
@@ -260,6 +263,7 @@ void judge(const FitQuestion& question, const Settings& settings, FitCheck& fit)
         fit.verdict = "has room: more than " + mm(fitRange(world)) + " everywhere" + also;
         return;
     }
+    // What the geometry takes: the protrusion of both trees, or the contact distance.
     const std::size_t k = fit.least->obstacle;
     fit.spheres = !world.byMeshes(k, geometryOf(settings));
     if (fit.spheres && world.hasSpheres(k))
@@ -270,6 +274,7 @@ void judge(const FitQuestion& question, const Settings& settings, FitCheck& fit)
         fit.verdict = (fit.goal ? "goes in with " : "passes with ") + mm(room - fit.error) + " to spare" + also;
         return;
     }
+    // Too little room: say why, and what helps.
     if (room < 0 && fit.goal && fit.goal->clearance < 0) {
         fit.cause = insideClause(world, {fit.least->asPlaced, fit.least->p_W, k}, fit.free);
     } else if (room < 0) {

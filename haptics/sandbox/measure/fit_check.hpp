@@ -19,15 +19,15 @@ namespace touchstone::sandbox {
 /// poses before.
 struct FitRoom {
     double clearance = 0;      ///< mm on each side, at most fitRange(); negative: the parts overlap
-    double asPlaced = 0;       ///< mm, at the pose itself, before the tool moved; negative likewise
+    double asPlaced = 0;       ///< mm, at the pose itself, before the tool moved; negative: they overlap there
     Pose X_WT;                 ///< where the tool has that clearance
     Vec3 p_W = Vec3::Zero();   ///< where the parts are nearest there, mm
     std::size_t obstacle = 0;  ///< the nearest one
     double depth = 0;          ///< of the pose on the way, mm before the goal
 };
 
-/// mm by which the tool may move from a pose to have more room, a turn of 1 rad counting as its reach; more room than
-/// that is no fit. 1 mm, and less for a tool with a reach below 25 mm. At the goal it also stays within its tolerance.
+/// How far the tool may move from a pose to have more room, mm; a turn of 1 rad counts as its reach. 1 mm, less for a
+/// tool with a reach below 25 mm, and at the goal no more than its tolerance. Larger clearances are not measured.
 double fitRange(const World& world);
 
 struct FitCheck {
@@ -68,7 +68,7 @@ std::optional<FitCheck> checkFit(const FitQuestion& question, const Settings& se
 /// is no goal. With `why` it takes as long as checkFit().
 std::string stuckSentence(const HapticScene& scene, const TickRecord& last, const Settings& settings, bool why = true);
 
-/// Tells when a tool has been pressed away from its goal for 2 s and moved by less than 0.5 mm.
+/// Detects that a tool has been pressed away from its goal for 2 s and moved by less than 0.5 mm.
 class StuckWatch {
   public:
     /// True once for each place where it is stuck. `ms`: any clock.

@@ -20,7 +20,7 @@ struct PlacedSurface {
     Pose X_PO;  ///< its frame in that of the part whose gaps are wanted
 };
 
-/// Gaps at most `limit` from the nearest of the others: the faces of the part, of which those within the limit are cut
+/// Gaps between the part and the nearest of the others, up to `limit`. Faces of the part within the limit are divided
 /// until no side is longer than half the limit, or there are too many patches. The gap at a point is the exact distance
 /// from the surfaces. Allocates; takes tens of milliseconds where large areas are near.
 GapMap gapMap(const Surface& part, std::span<const PlacedSurface> others, double limit);

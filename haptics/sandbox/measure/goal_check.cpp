@@ -101,7 +101,7 @@ FreePlaces freePlaces(const World& world, const GoalRegion& goal, const MeasureP
     };
     const auto go = [&] { return !(ended = ended || (progress && !progress(0))); };
 
-    // Raised by about its depth in an obstacle, a tool was inside a floor; raised by most of the hole, in its walls.
+    // A tool inside a floor is free once raised by about its depth in it; one inside the walls, by most of the hole.
     const double inside = -partGap(world, goal.X_WT, 0, Overlaps::Estimated).gap;
     const double fineEnd = kFineEnd * reach,
                  end = std::max(goal.depth > 0 ? kInHole * goal.depth : fineEnd, kInFloor * inside);

@@ -90,7 +90,7 @@ fs::path findRecordedScene(const RecordedScene& scene, const fs::path& recording
     std::vector<fs::path> places, folders{folder, folder.parent_path(), was, bundled};
     if (!named.empty()) places.push_back(named);
     if (!named.empty()) folders.insert(folders.begin(), named);
-    // Where recording and scene were moved or copied together, the ends of both paths are as they were.
+    // If recording and scene were moved or copied together, the ends of their paths have not changed.
     constexpr int kFolders = 4;
     for (int up = 0; up < kFolders && folder.has_relative_path(); ++up, folder = folder.parent_path()) {
         places.push_back(folder);

@@ -28,7 +28,7 @@ class Recorder {
     explicit Recorder(std::filesystem::path folder);
     ~Recorder();
 
-    /// Says in which scene and with which device the ticks of this session are. Call it before they arrive.
+    /// Sets the scene and the device of the ticks of this session. Call it before they arrive.
     void announce(std::uint64_t session, RecordedScene scene, std::string device);
     /// X_WO: obstacle poses at the moment of the tick's `start`, if it has one; empty: as in the scene.
     void add(const RecordedTick& tick, std::span<const Pose> X_WO = {});

@@ -165,6 +165,7 @@ std::vector<MateAxis> mateAxes(std::span<const MateFace> faces) {
         const engine::CadFace& face = placed.face;
         const bool thread = face.surface == CadSurface::Helicoid;
         if (face.surface != CadSurface::Cylinder && !thread) continue;
+        // Faces on one line share an axis.
         const auto same = std::ranges::find_if(axes, [&](const MateAxis& axis) {
             const dvec3 aside = glm::cross(face.origin - axis.point, axis.direction);
             return glm::length(glm::cross(face.axis, axis.direction)) < kBetweenAxes &&
@@ -181,6 +182,7 @@ std::vector<MateAxis> mateAxes(std::span<const MateFace> faces) {
                       .lead = thread ? face.lead : 0,
                       .area = face.area,
                       .part = placed.part};
+        // A thread reaches from its root to its crest.
         if (thread) {
             band.radius = 0;
             band.inner = 1e30;
@@ -204,6 +206,7 @@ std::vector<MateAxis> prismAxes(std::span<const MateFace> faces) {
         double width;
     };
     std::vector<Slab> slabs[2];  // of shafts, and of holes
+    // Pairs of antiparallel planes of a part: facing each other (a hole) or back to back (a shaft).
     for (std::size_t i = 0; i < faces.size(); ++i)
         for (std::size_t j = i + 1; j < faces.size(); ++j) {
             const engine::CadFace &a = faces[i].face, &b = faces[j].face;
@@ -218,6 +221,7 @@ std::vector<MateAxis> prismAxes(std::span<const MateFace> faces) {
                 meet(extent(faces[i], glm::cross(a.axis, along)), extent(faces[j], glm::cross(a.axis, along)));
             if (std::abs(width) > kBesideAxis && beside) slabs[width > 0].push_back({&faces[i], &faces[j], width});
         }
+    // Two slabs that are not parallel make a prism; its axis is where their middle planes meet.
     std::vector<MateAxis> axes;
     for (std::vector<Slab>& found : slabs) {
         std::ranges::stable_sort(found, {}, [](const Slab& slab) { return std::abs(slab.width); });
@@ -238,6 +242,7 @@ std::vector<MateAxis> prismAxes(std::span<const MateFace> faces) {
                               .to = 1e30,
                               .part = a.first->part,
                               .flat = true};
+                // The prism is as long as all four sides.
                 for (const MateFace* side : {a.first, a.second, b.first, b.second}) {
                     const dvec2 range = extent(*side, made.direction) - glm::dot(made.point, made.direction);
                     band.from = std::max(band.from, range.x);
@@ -332,6 +337,7 @@ int symmetry(std::span<const MateFace> faces, const MateFrame& frame, double top
         dvec2 place;
         double height, area;
     };
+    // Each face that is not round about the axis and reaches below the top becomes its centroid and area.
     std::vector<Spot> spots;
     double reach = 0;
     for (const MateFace& placed : faces) {
@@ -350,6 +356,7 @@ int symmetry(std::span<const MateFace> faces, const MateFrame& frame, double top
         spots.push_back({frame.across(middle), frame.height(middle), whole});
         reach = std::max(reach, glm::length(spots.back().place));
     }
+    // The greatest fold that maps all centroids to others of the same area.
     const double near = kSameSpot * reach;
     const auto matches = [&](int fold) {
         const double c = std::cos(2 * std::numbers::pi / fold), s = std::sin(2 * std::numbers::pi / fold);

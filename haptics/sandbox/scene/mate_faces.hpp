@@ -87,8 +87,8 @@ struct MateSide {
 /// The largest 64.
 std::vector<MateSide> mateSides(std::span<const MateFace> faces, const MateFrame& frame);
 
-/// In how many orientations about the axis what is not round looks the same, of all that reaches below `top`; 0: it is
-/// round.
+/// The number of orientations about the axis in which the faces that reach below `top` look the same; 0 if all of them
+/// are round.
 int symmetry(std::span<const MateFace> faces, const MateFrame& frame, double top);
 
 }  // namespace touchstone::sandbox

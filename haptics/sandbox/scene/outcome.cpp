@@ -167,6 +167,7 @@ void OutcomeJudge::add(const TickRecord& record, double penetration, double dt) 
     if (seen_.ticks > 0)
         seen_.forceChange = std::max(seen_.forceChange, (record.wrench_C.force - seen_.lastForce).norm() / dt);
     seen_.lastForce = record.wrench_C.force;
+    // The wrenches of the last kHoldMs, for the noise at rest.
     if (double(seen_.recent.size()) < std::max(1.0, std::floor(kHoldMs / dt + 1e-9))) {
         seen_.recent.push_back(record.wrench_C);
     } else {
@@ -179,6 +180,7 @@ void OutcomeJudge::add(const TickRecord& record, double penetration, double dt) 
     seen_.ticks += 1;
     seen_.finalLag = (record.X_WT.p - record.X_WT_device.p).norm();
     seen_.X_WT = record.X_WT;
+    // Box, gauge and goal, where the outcome has them.
     if (expected_.boxMin && expected_.boxMax) {
         const double outside =
             std::max((*expected_.boxMin - record.X_WT.p).maxCoeff(), (record.X_WT.p - *expected_.boxMax).maxCoeff());

@@ -19,8 +19,7 @@ using Say = std::function<void(Message::Kind, const std::string&)>;  ///< receiv
 double placeDevice(DeviceControl* control, const WorkspaceFile& workspaces, const std::filesystem::path& scene,
                    const std::string& choice);
 
-/// The settings with the gains lowered to those that the device is made for, each of which is said. `limits`: as the
-/// hand has them.
+/// Lowers the gains to those that the device is made for, and says each change. `limits`: as felt at the hand.
 Settings withinGains(Settings settings, const DeviceLimits& limits, const std::string& choice, const Say& say);
 
 /// Converts settings felt at the hand to the settings of the tick.

@@ -33,7 +33,7 @@ struct OpeningProgress {
 /// Begins in its constructor; its destructor cancels it and waits for the thread.
 class SceneOpening {
   public:
-    /// `adjust`: from the scene's settings to those of the run, if the request names none.
+    /// `adjust`: turns the scene's settings into those of the run, if the request has none.
     SceneOpening(SceneRequest request, const std::filesystem::path& treeCache,
                  std::function<Settings(const Settings&)> adjust);
 

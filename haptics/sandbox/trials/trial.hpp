@@ -50,9 +50,9 @@ nlohmann::ordered_json trialRow(const HapticScene& scene, const Protocol& protoc
                                 const Settings& settings, const TrialMeasures& measures, TrialEnd end,
                                 const TickRecord& last, const std::filesystem::path& folder);
 
-/// Runs the trial tick by tick in simulated time, which a device that a person moves paces by the clock, until it ends
-/// or reaches its time limit, and records it into `folder`. configFolder, say: as of HeadlessOptions. With any other
-/// device the row is reproducible except for the columns of isMeasuredTime(). Returns nothing when
+/// Runs the trial tick by tick in simulated time until it ends or reaches its time limit, and records it into `folder`.
+/// The clock paces it if a person moves the device; with any other device the row is reproducible except for the
+/// columns of isMeasuredTime(). configFolder, say: as of HeadlessOptions. Returns nothing when
 /// StopRequest::signal() requested a stop before the end. Pre: the scene is that of the trial's condition and has a
 /// world. Throws std::runtime_error with one sentence when the scene has no goal, the device cannot start or the
 /// recording failed.
