@@ -1,9 +1,10 @@
 #include "tools/touchstone/referee/page.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
+#include <iterator>
 #include <map>
+#include <string_view>
 #include <utility>
 
 #include "haptics/files/output_file.hpp"
@@ -18,19 +19,39 @@ using nlohmann::ordered_json;
 
 namespace {
 
-constexpr std::array<std::pair<const char*, const char*>, 12> kColumns{
-    {{"system", "system"},
-     {"intersecting_percent", "ticks that intersect, %"},
-     {"depth_mm", "depth, mm"},
-     {"seated", "seated"},
-     {"tunneled", "tunneled"},
-     {"force_error_p50_N", "force error p50, N"},
-     {"force_error_p99_N", "p99, N"},
-     {"rest_noise_N", "noise at rest, N"},
-     {"energy_created_mJ", "energy created, mJ"},
-     {"tick_p50_us", "tick p50, µs"},
-     {"tick_p999_us", "p99.9, µs"},
-     {"prepare_ms", "preparation, ms"}}};
+/// A column shows the value of a key, or of two.
+struct Column {
+    const char *title, *key, *second = nullptr;
+};
+constexpr Column kColumns[] = {{"system", "system"},
+                               {"ticks that intersect, %", "intersecting_percent"},
+                               {"depth, mm", "depth_mm"},
+                               {"at the end", "end"},
+                               {"force error N: p50 / p99", "force_error_p50_N", "force_error_p99_N"},
+                               {"noise at rest, N", "rest_noise_N"},
+                               {"energy created, mJ", "energy_created_mJ"},
+                               {"tick µs: p50 / p99.9", "tick_p50_us", "tick_p999_us"},
+                               {"preparation, ms", "prepare_ms"}};
+
+constexpr std::string_view kStopped = "stopped after ", kFriction = "-friction";
+
+/// What became of the tool.
+std::string endOf(const ordered_json& row) {
+    if (row["note"].get<std::string>().starts_with(kStopped))
+        return std::string(kStopped) + std::to_string(row["ticks"].get<int>());
+    if (row["tunneled"].is_boolean() && row["tunneled"].get<bool>()) return "tunneled";
+    if (!row["seated"].is_boolean()) return tableCell(nullptr);
+    return row["seated"].get<bool>() ? "seated" : "not seated";
+}
+
+std::string lineOf(const ordered_json& row) {
+    std::string line = "|";
+    for (const Column& column : kColumns) {
+        line += " " + (column.key == std::string_view("end") ? endOf(row) : tableCell(row[column.key]));
+        line += (column.second ? " / " + tableCell(row[column.second]) : "") + " |";
+    }
+    return line + "\n";
+}
 
 /// In how many motions the least value of a column is an engine's, in words. A system that was stopped does not count.
 std::string winsOfEngines(const std::vector<ordered_json>& rows, const std::vector<std::string>& motions,
@@ -105,24 +126,24 @@ void writeRefereePage(const RefereePage& of) {
         "Written by `touchstone referee " + of.arguments + " --out " + folder.generic_string() + "`; [referee.csv](" +
         folder.filename().string() +
         "/referee.csv) has all figures.\n\n"
-        "- *Motion*: one tick is 1 ms, in one step or in four. The device rests for the last 0.3 s. A system that "
-        "needs "
-        "more than " +
+        "- *Motion*: one tick is 1 ms, in one step or in four substeps. The device rests for the last 0.3 s.\n"
+        "- *Tool* of an engine: a body of 50 g that a spring and a damper pull to the device, with the scene's "
+        "stiffness "
+        "and torsion, critical damping, and an inertia with which turning is as fast as moving.\n"
+        "- *Intersects*, *depth*: one judge tests the meshes themselves after every tick (depth: after every third, of "
+        "vertices and edges).\n"
+        "- *At the end*: seated, if the scene has a goal; *tunneled*: the straight line of C from the reference's "
+        "place "
+        "to the system's crosses a part; *stopped after* N ticks: the motion needed more than " +
         shortNumber(of.limit) +
-        " s for a motion is stopped, and has no picture if that was before its moment.\n"
-        "- *Tool*: of an engine, a body of 50 g that a spring and a damper pull to the device, with the scene's "
-        "stiffness and torsion, critical damping, and an inertia with which turning is as fast as moving.\n"
-        "- *Depth* and ticks that intersect: one judge tests the meshes themselves after every tick (depth: after "
-        "every "
-        "third tick, of vertices and edges).\n"
+        " s. A system that was stopped before the moment of the pictures has none.\n"
         "- *Force*: that of the springs for all. The reference is Touchstone between meshes with eight ticks for each, "
-        "so Touchstone's own error only says what the length of a tick changes.\n"
-        "- *Tunneled*: at the end, the straight line of C from the reference's place to the system's crosses a part.\n"
-        "- *Energy created*: the most that the hand had got back beyond what it gave.\n"
-        "- *Tick*: thread CPU time, of engines with their collision. *Preparation*: the shapes of an engine; surfaces "
-        "and "
-        "trees, which Touchstone makes when it opens a scene, are not counted.\n\n"
-        "The tables show each way to touch and each engine; referee.csv also has Touchstone's other solvers. "
+        "so Touchstone's own error shows only the effect of the tick's length.\n"
+        "- *Energy created*: the most that the hand got back beyond what it gave.\n"
+        "- *Tick*: thread CPU time, of engines with their collision. *Preparation*: the shapes of an engine. Surfaces "
+        "and trees, which Touchstone makes when it opens a scene, are not counted.\n\n"
+        "The tables show each geometry and mode of Touchstone and each engine; referee.csv also has Touchstone's other "
+        "solvers. "
         "Processor: " +
         build["machine"]["processor"].get<std::string>() + ".\n\n| engine | version | choices |\n|---|---|---|\n";
     for (const EngineInfo& info : engineTable())
@@ -141,35 +162,46 @@ void writeRefereePage(const RefereePage& of) {
         "\nMuJoCo's times are those of convex hulls, while the judge looks at the meshes.\n";
     for (const Figure& figure : of.figures)
         page += "\n![" + figure.caption + "](" + folder.filename().string() + "/" + figure.name + ".svg)\n";
-    for (const std::string& motion : of.motions) {
-        page += "\n## " + motion + "\n\n|";
-        for (const auto& [key, title] : kColumns) page += std::string(" ") + title + " |";
-        page += "\n|";
-        for (std::size_t k = 0; k < kColumns.size(); ++k) page += "---|";
-        page += "\n";
-        std::string notes, pictures;
-        for (const ordered_json& row : of.rows) {
-            if (row["motion"] != motion || isVariant(row["system"])) continue;
-            page += "|";
-            for (const auto& [key, title] : kColumns) page += " " + tableCell(row[key]) + " |";
-            page += "\n";
-            const std::string system = row["system"], note = row["note"];
-            if (!note.empty()) notes += "- " + system + ": " + note + "\n";
-            const std::string picture = pictureName(motion, system);
-            if (fs::exists(of.out / picture))
-                pictures +=
-                    "| ![" + system + "](" + folder.filename().string() + "/" + picture + ")<br>" + system + " ";
-        }
+    std::string notes, names, pictures;
+    const auto endSection = [&] {
         if (!notes.empty()) page += "\n" + notes;
         if (!pictures.empty()) {
-            const auto columns = std::count(pictures.begin(), pictures.end(), '|');
-            std::string head;
-            for (std::ptrdiff_t k = 0; k < columns; ++k) head += "| ";
-            std::string rule;
-            for (std::ptrdiff_t k = 0; k < columns; ++k) rule += "|---";
-            page += "\n" + head + "|\n" + rule + "|\n" + pictures + "|\n";
+            page += "\n" + names + "|\n";
+            for (std::ptrdiff_t k = std::count(names.begin(), names.end(), '|'); k > 0; --k) page += "|---";
+            page += "|\n" + pictures + "|\n";
+        }
+        notes = names = pictures = "";
+    };
+    for (const std::string& motion : of.motions) {
+        // The same motion with friction continues the table.
+        const std::size_t plain = motion.size() - std::min(motion.size(), kFriction.size());
+        const bool rubs =
+            motion.ends_with(kFriction) && &motion != &of.motions.front() && *(&motion - 1) == motion.substr(0, plain);
+        if (rubs) {
+            page += "| **with friction** |";
+            for (std::size_t k = 1; k < std::size(kColumns); ++k) page += " |";
+            page += "\n";
+        } else {
+            endSection();
+            page += "\n## " + motion + "\n\n|";
+            for (const Column& column : kColumns) page += std::string(" ") + column.title + " |";
+            page += "\n|";
+            for (std::size_t k = 0; k < std::size(kColumns); ++k) page += "---|";
+            page += "\n";
+        }
+        for (const ordered_json& row : of.rows) {
+            if (row["motion"] != motion || isVariant(row["system"])) continue;
+            page += lineOf(row);
+            const std::string system = row["system"], note = row["note"];
+            if (!note.empty() && !note.starts_with(kStopped))
+                notes += "- " + system + (rubs ? ", with friction: " : ": ") + note + "\n";
+            const std::string picture = pictureName(motion, system);
+            if (!fs::exists(of.out / picture)) continue;
+            names += "| " + system + " ";
+            pictures += "| ![" + system + "](" + folder.filename().string() + "/" + picture + ") ";
         }
     }
+    endSection();
     if (!of.passivity.empty()) page += passivitySection(of.passivity);
     writeFile(fs::path(folder).concat(".md"), "the page", page);
 }
