@@ -14,7 +14,7 @@ flat out vec4 lineColor;
 flat out float halfWidth;
 noperspective out vec2 pixel;
 
-const float kTowardsEye = 4e-5;   // depth offset that keeps a line on a surface visible
+const float kTowardEye = 4e-5;   // depth offset that keeps a line on a surface visible
 
 void main() {
     vec4 p = viewProjection * vec4(a, 1.0), q = viewProjection * vec4(b, 1.0);
@@ -39,5 +39,5 @@ void main() {
     pixel = (atB ? pixelB : pixelA)
           + reach * ((atB ? along : -along) + (gl_VertexID >> 1 == 1 ? across : -across));
     vec4 end = atB ? q : p;
-    gl_Position = vec4((pixel / viewport * 2.0 - 1.0) * end.w, end.z - kTowardsEye * end.w, end.w);
+    gl_Position = vec4((pixel / viewport * 2.0 - 1.0) * end.w, end.z - kTowardEye * end.w, end.w);
 }

@@ -33,7 +33,7 @@ mesh = json.loads((mesh_folder / "bench.json").read_text())
 
 def plain(r, geometry="spheres"):
     return (r["mode"] == "default" and r["solver"] == exact and r["geometry"] == geometry and r["leaves"] == 0
-            and not any(word in r["key"] for word in ("/linearisations=", "/fixed-margin", "/helper")))
+            and not any(word in r["key"] for word in ("/linearizations=", "/fixed-margin", "/list-worker")))
 
 
 def slope(points):
@@ -82,7 +82,7 @@ def asked_table():
             add(f"`{r['motion']}`, worst of all its ticks", 300, r["step_worst_us"], "µs")
     for scene, clearance, asked in (("spline", 0.2, (40, 320, 500)), ("spline-01", 0.1, (110, 700))):
         for r in valid:
-            with_worker = "/helper" in r["key"] and r["geometry"] == "spheres"
+            with_worker = "/list-worker" in r["key"] and r["geometry"] == "spheres"
             if r["scene"] != scene or not r["motion"].startswith("hard-12") or not (plain(r) or with_worker):
                 continue
             keys = ("both_p50_us", "step_p999_us", "step_worst_us")[:len(asked)]
@@ -124,7 +124,7 @@ def asked_table():
 
 def of_mesh(scene, motion):
     """The rows of the mesh suite with the lists found by the list worker and in the tick; None where one is not measured."""
-    found = {"/helper" in r["key"]: r for r in mesh["rows"] if (name(r), r["motion"]) == (scene, motion)}
+    found = {"/list-worker" in r["key"]: r for r in mesh["rows"] if (name(r), r["motion"]) == (scene, motion)}
     return found.get(True), found.get(False)
 
 
@@ -181,14 +181,14 @@ def mesh_table(title, key, prefix):
 def geometry_table():
     """Speed against error with the geometry as axis, on the motion that has every choice of settings."""
     chosen = [r for r in rows if r["mode"] == "default" and r["solver"] == exact and "/fixed-margin" not in r["key"]
-              and (r["geometry"] == "mesh" or (r["leaves"] and "/linearisations=" not in r["key"]))]
+              and (r["geometry"] == "mesh" or (r["leaves"] and "/linearizations=" not in r["key"]))]
     motion = next(((r["scene"], r["motion"]) for r in chosen if r["leaves"]), None)
     out = ["| geometry | linearizations | step µs: median / p99.9 | force error N: median / max | of which geometry | pose error: mm / rad |", "|---|---|---|---|---|---|"]
-    for r in sorted(chosen, key=lambda r: (r["geometry"] == "mesh", r["leaves"], r["linearisations"])):
-        if (r["scene"], r["motion"]) == motion and "/helper" not in r["key"]:
+    for r in sorted(chosen, key=lambda r: (r["geometry"] == "mesh", r["leaves"], r["linearizations"])):
+        if (r["scene"], r["motion"]) == motion and "/list-worker" not in r["key"]:
             what = "mesh" if r["geometry"] == "mesh" else f"spheres, {r['leaves']:,} leaves"
             error = [("" if r[key] is None else f"{r[key]:.2g}") for key in ("error_p50_N", "error_max_N", "geometry_p50_N", "error_p50_mm", "error_p50_rad")]
-            out.append(f"| {what} | {r['linearisations']} | {times(r)} | {error[0]} / {error[1]} | {error[2]} | {error[3]} / {error[4]} |")
+            out.append(f"| {what} | {r['linearizations']} | {times(r)} | {error[0]} / {error[1]} | {error[2]} | {error[3]} / {error[4]} |")
     return motion, out
 
 
@@ -201,13 +201,13 @@ def motion_table():
         return "" if value is None else f"{value:.2g}"
 
     for r in rows:
-        if not plain(r, r["geometry"]) and "/helper" not in r["key"]:
+        if not plain(r, r["geometry"]) and "/list-worker" not in r["key"]:
             continue
-        motion = r["motion"] + (", with the list worker" if "/helper" in r["key"] else "")
+        motion = r["motion"] + (", with the list worker" if "/list-worker" in r["key"] else "")
         if not r["valid"]:
             out.append(f"| `{r['scene']}` {motion} | {r['geometry']} | failed: {r['why']} | | | | | |")
             continue
-        errors = " / ".join(number(r[f"{k}_p50_N"]) for k in ("error", "geometry", "linearisation", "solver"))
+        errors = " / ".join(number(r[f"{k}_p50_N"]) for k in ("error", "geometry", "linearization", "solver"))
         out.append(f"| `{r['scene']}` {motion} | {r['geometry']} | {r['step_p50_us']:.1f} / {r['step_p999_us']:.0f} /"
                    f" {r['step_worst_us']:.0f} | {r['constant_p999_us']:.0f} / {r['constant_worst_us']:.0f} |"
                    f" {r['rows_p50']:.0f} / {r['rows_max']:.0f} | {errors} | {number(r['error_p50_mm'])} / {number(r['error_p50_rad'])} |"
@@ -262,13 +262,13 @@ def screening_table():
 
 def growth():
     leaves = sorted((r["leaves"], r["step_p50_us"], r["error_p50_N"]) for r in valid if r["leaves"] and r["solver"] == exact
-                    and r["mode"] == "default" and r["geometry"] == "spheres" and "/linearisations=" not in r["key"])
+                    and r["mode"] == "default" and r["geometry"] == "spheres" and "/linearizations=" not in r["key"])
     text = [f"Step against leaves ({leaves[0][0]:,} to {leaves[-1][0]:,} a part): leaves^{slope([l[:2] for l in leaves]):.2f}."]
     error = [(n, e) for n, _, e in leaves if e]
     if len(error) > 2:
         text.append(f"Force error against leaves: leaves^{slope(error):.2f}.")
     triangles = [(r["tool_triangles"], r["step_p50_us"]) for r in mesh["rows"]
-                 if name(r).startswith("pebbles") and r["valid"] and "/helper" not in r["key"]]
+                 if name(r).startswith("pebbles") and r["valid"] and "/list-worker" not in r["key"]]
     if len(triangles) > 1:
         text.append(f"Step between meshes against triangles ({min(triangles)[0]:,} to {max(triangles)[0]:,} a part): triangles^{slope(triangles):.2f}.")
     kinds = dict.fromkeys((c["solver"], c["form"], c["start"], c["tolerance"]) for c in qp
@@ -291,7 +291,7 @@ def floor_table():
     for r in valid:
         if not plain(r) or r["motion"] not in ("hard-01-slide", "hard-02-deep", "hard-12-peg"):
             continue
-        n, lin = r["rows_p50"], r["linearisations"]
+        n, lin = r["rows_p50"], r["linearizations"]
         size, flops = lin * n * (16 + 16 + 28 + 28), lin * n * (2 * 15 + 20 + 14)
         us = (max(size / BYTES_PER_NS, flops / (2 * LANES * GHZ))) / 1000
         out.append(f"| `{r['scene']}` {r['motion']} | {n:.0f} | {size:,.0f} | {flops:,.0f} | {us:.3f} | {r['step_p50_us']:.1f} |")

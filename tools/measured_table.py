@@ -18,8 +18,8 @@ def processor():
     return platform.machine()
 
 
-def um(millimetres):
-    return f"{1000 * millimetres:.3g}"
+def um(millimeters):
+    return f"{1000 * millimeters:.3g}"
 
 
 def row(name, label):

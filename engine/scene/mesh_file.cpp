@@ -48,12 +48,12 @@ std::string meshExtensionWords(std::string_view conjunction) {
 
 bool isMeshFile(const fs::path& file) { return formatOf(file) != nullptr; }
 
-MeshFile readMeshFile(const fs::path& file, double metresPerUnit) {
-    assert(metresPerUnit > 0);
+MeshFile readMeshFile(const fs::path& file, double metersPerUnit) {
+    assert(metersPerUnit > 0);
     const Format* format = formatOf(file);
     if (!format) failIn(file, "", "is not a " + meshExtensionWords() + " file; export the part as one of these");
 
-    PolygonMesh mesh(file, metresPerUnit);
+    PolygonMesh mesh(file, metersPerUnit);
     {
         const std::vector<std::uint8_t> bytes = readBytes(file);
         const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());

@@ -32,6 +32,6 @@ bool isMeshFile(const std::filesystem::path& file);
 /// coarse for the part there; colors, texture coordinates and normals of the file are ignored. Time and memory are
 /// linear in the size of the file. Throws SceneError with one sentence, naming the line, when the file cannot be read,
 /// is malformed, has a face with a missing or non-finite vertex, or holds no triangle.
-MeshFile readMeshFile(const std::filesystem::path& file, double metresPerUnit);
+MeshFile readMeshFile(const std::filesystem::path& file, double metersPerUnit);
 
 }  // namespace touchstone::engine

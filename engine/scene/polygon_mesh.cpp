@@ -65,7 +65,7 @@ void PolygonMesh::checkCorner(std::uint32_t corner, std::uint64_t place) const {
     if (corner >= vertices_.size())
         refuse({faceUnit_, place}, "refers to " + number() + ", but the file has " + std::to_string(vertices_.size()) +
                                        " vertices; export the part again");
-    if (!(glm::length(vertices_[corner] * metresPerUnit_) <= kMaxDistance))
+    if (!(glm::length(vertices_[corner] * metersPerUnit_) <= kMaxDistance))
         refuse({faceUnit_, place}, "its " + number() + " is non-finite or beyond 1e12 m; repair the part");
 }
 
@@ -125,7 +125,7 @@ MeshFile PolygonMesh::build() {
     MeshFile out;
     MeshData& mesh = out.mesh;
     center();
-    out.origin = origin_ * metresPerUnit_;
+    out.origin = origin_ * metersPerUnit_;
     PolygonTessellator polygons(mesh);
     // Vertices are merged before they are scaled, since scaling may round neighbors to the same point.
     std::unordered_map<glm::vec3, std::uint32_t, PositionHash> indexAt;
@@ -138,7 +138,7 @@ MeshFile PolygonMesh::build() {
             if (corner >= indexOf.size() || indexOf[corner] == kUnused) {
                 const glm::vec3 vertex = stored(corner);
                 const auto [place, isNew] = indexAt.emplace(vertex, static_cast<std::uint32_t>(mesh.positions.size()));
-                if (isNew) mesh.positions.emplace_back(glm::dvec3(vertex) * metresPerUnit_);
+                if (isNew) mesh.positions.emplace_back(glm::dvec3(vertex) * metersPerUnit_);
                 indexOf[corner] = place->second;
             }
             if (polygon.empty() || polygon.back() != indexOf[corner]) polygon.push_back(indexOf[corner]);

@@ -25,8 +25,8 @@ inline FilePlace atLine(std::uint64_t number) { return {"line", number}; }
 class PolygonMesh {
   public:
     /// `file` is only used in messages.
-    PolygonMesh(std::filesystem::path file, double metresPerUnit)
-        : file_(std::move(file)), metresPerUnit_(metresPerUnit) {}
+    PolygonMesh(std::filesystem::path file, double metersPerUnit)
+        : file_(std::move(file)), metersPerUnit_(metersPerUnit) {}
 
     /// Set the unit of face places ("line" by default) and the number of the first vertex (0 by default), for messages.
     void countFacesIn(const char* unit) { faceUnit_ = unit; }
@@ -65,7 +65,7 @@ class PolygonMesh {
     glm::vec3 stored(std::uint32_t corner) const { return glm::vec3(vertices_[corner] - origin_) + glm::vec3(0); }
 
     std::filesystem::path file_;
-    double metresPerUnit_;
+    double metersPerUnit_;
     const char* faceUnit_ = "line";
     std::uint64_t firstVertex_ = 0;
     bool floats_ = false;

@@ -35,6 +35,14 @@ struct SettingInfo {
 
 std::span<const SettingInfo> settingTable();
 
+/// A key that files and commands of earlier versions may have, and the one of today.
+struct EarlierKey {
+    std::string_view earlier, now;
+};
+std::span<const EarlierKey> earlierSettingKeys();
+/// The key of today for one of an earlier version; any other key unchanged.
+std::string_view settingKey(std::string_view key);
+
 /// Names that a setting accepts; empty for numbers and switches. Pre: key is in the table. Allocates.
 std::vector<std::string> settingChoices(std::string_view key);
 

@@ -95,7 +95,7 @@ constexpr Row kRows[] = {
       "travel of the tool beyond the device's own while in contact; a larger value lets the force drop faster", 0, 1000,
       SettingGroup::Contact, "Travel budget", 0, 5},
      &Settings::travelBudget},
-    {{"linearisations", "",
+    {{"linearizations", "",
       "maximum linearizations in a tick while in contact; more of them follow a fast hand better, and each costs time; "
       "0: 64 between meshes, 2 between spheres",
       0, kMostLinearizations, SettingGroup::Contact, "Linearizations", 0, 16},
@@ -183,8 +183,11 @@ struct Overload : F... {
 template <class... F>
 Overload(F...) -> Overload<F...>;
 
+constexpr EarlierKey kEarlierKeys[] = {{"linearisations", "linearizations"}};
+
 const Row* findRow(std::string_view key) {
-    const auto row = std::find_if(std::begin(kRows), std::end(kRows), [&](const Row& r) { return r.info.key == key; });
+    const auto row = std::find_if(std::begin(kRows), std::end(kRows),
+                                  [now = settingKey(key)](const Row& r) { return r.info.key == now; });
     return row == std::end(kRows) ? nullptr : row;
 }
 
@@ -238,6 +241,12 @@ std::string refuse(const SettingInfo& info, std::string_view value, const std::s
 }  // namespace
 
 std::span<const SettingInfo> settingTable() { return kInfos; }
+std::span<const EarlierKey> earlierSettingKeys() { return kEarlierKeys; }
+std::string_view settingKey(std::string_view key) {
+    for (const auto& [earlier, now] : kEarlierKeys)
+        if (key == earlier) return now;
+    return key;
+}
 std::span<const std::string_view> modeNames() { return kModeNames; }
 std::span<const std::string_view> geometryNames() { return kGeometryNames; }
 

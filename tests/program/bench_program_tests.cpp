@@ -66,7 +66,7 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
         solvers.insert(row.at("solver").get<std::string>());
         screenings.insert(row.at("screening").get<std::string>());
         leaves.insert(row.at("tool_leaves").get<double>());
-        if (row.at("mode") == "default") linearizations.insert(row.at("linearisations").get<int>());
+        if (row.at("mode") == "default") linearizations.insert(row.at("linearizations").get<int>());
         if (!row.at("tolerance").is_null()) tolerances.insert(row.at("tolerance").get<double>());
         CHECK(row.at("samples").get<int>() + row.at("samples_lost").get<int>() == 3);
         CHECK(row.at("valid").get<bool>() == row.at("why").get<std::string>().empty());
@@ -222,8 +222,8 @@ TEST_CASE("bench: the mesh suite measures meshes alone, with and without the lis
     for (const json& row : results.at("rows")) {
         const std::string key = row.at("key").get<std::string>();
         INFO(key << ": " << row.at("why"));
-        const bool helper = key.find("/helper") != std::string::npos;
-        ticks[{row.at("motion").get<std::string>(), helper}] = row.at("ticks").get<int>();
+        const bool listWorker = key.find("/list-worker") != std::string::npos;
+        ticks[{row.at("motion").get<std::string>(), listWorker}] = row.at("ticks").get<int>();
         CHECK(row.at("valid") == true);
         CHECK(row.at("geometry") == "mesh");
         CHECK(row.at("tool_leaves").is_null());
@@ -233,7 +233,7 @@ TEST_CASE("bench: the mesh suite measures meshes alone, with and without the lis
         CHECK(row.at("open_cpu_s") > 0);
         CHECK(row.at("samples") == 0);
         CHECK(row.at("clearance_mm") == (fits ? json(0.5) : json()));
-        CHECK((row.at("helper_p999_us") > 0) == helper);
+        CHECK((row.at("list_worker_p999_us") > 0) == listWorker);
         CHECK(row.at("run_ticks") >= row.at("ticks"));
     }
     CHECK(results.at("qp").empty());

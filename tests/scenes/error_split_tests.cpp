@@ -80,11 +80,11 @@ TEST_CASE("error split: the error of sliding bunnies comes from the protrusion o
     CHECK(split.solver.force < 1e-9);
     CHECK(split.solver.torque < 1e-6);
     // 60 mm/s at 1 kHz: the error that one tick leaves to the next is small compared with the protrusion.
-    CHECK(split.linearisation.force < 0.2 * split.geometry.force);
+    CHECK(split.linearization.force < 0.2 * split.geometry.force);
     CHECK(split.geometry.force > 0.05);
     // The shares add up as vectors.
-    CHECK(split.total.force <= split.geometry.force + split.linearisation.force + split.solver.force + 1e-9);
-    CHECK(split.total.torque <= split.geometry.torque + split.linearisation.torque + split.solver.torque + 1e-9);
+    CHECK(split.total.force <= split.geometry.force + split.linearization.force + split.solver.force + 1e-9);
+    CHECK(split.total.torque <= split.geometry.torque + split.linearization.torque + split.solver.torque + 1e-9);
 }
 
 TEST_CASE("error split: the error of a coarse solver is its own share", "[reference]") {
@@ -100,7 +100,7 @@ TEST_CASE("error split: the error of a coarse solver is its own share", "[refere
     const sandbox::ErrorSplit split = sandbox::splitError(*scene.world, coarse, reference, before, now);
     CHECK(split.converged);
     CHECK(split.solver.force > 1e-4);
-    CHECK(split.total.force <= split.geometry.force + split.linearisation.force + split.solver.force + 1e-9);
+    CHECK(split.total.force <= split.geometry.force + split.linearization.force + split.solver.force + 1e-9);
 }
 
 TEST_CASE("error split: between meshes the geometry's share is the contact distance", "[reference]") {
@@ -120,11 +120,11 @@ TEST_CASE("error split: between meshes the geometry's share is the contact dista
         REQUIRE(now.wrench_C.force.norm() > 0.1);
         const sandbox::ErrorSplit split = sandbox::splitError(*scene.world, settings, reference, before, now);
         INFO("at " << seconds << " s, distance " << distance << ": geometry " << split.geometry.force << " N of "
-                   << split.total.force << " N, linearization " << split.linearisation.force << " N, solver "
+                   << split.total.force << " N, linearization " << split.linearization.force << " N, solver "
                    << split.solver.force << " N");
         CHECK(split.converged);
         CHECK(split.solver.force < 1e-9);
-        CHECK(split.total.force <= split.geometry.force + split.linearisation.force + split.solver.force + 1e-9);
+        CHECK(split.total.force <= split.geometry.force + split.linearization.force + split.solver.force + 1e-9);
         forces.push_back(split.geometry.force);
         CHECK(split.geometry.force < 3 * settings.stiffness * distance);
     }

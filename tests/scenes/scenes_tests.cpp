@@ -157,7 +157,8 @@ TEST_CASE("scenes: a clock and the list worker change no bit of a run", "[scenes
         options.paced = true;
         const sandbox::TimedRun paced = sandbox::timeHeadless(scene, scene.settings, options);
         CHECK(paced.hash == report.hash);
-        CHECK(std::any_of(paced.ticks.begin(), paced.ticks.end(), [](const auto& tick) { return tick.helper > 0; }));
+        CHECK(
+            std::any_of(paced.ticks.begin(), paced.ticks.end(), [](const auto& tick) { return tick.listWorker > 0; }));
     }
 }
 

@@ -68,15 +68,15 @@ void addBunnyCases(engine::Scene& scene, engine::Entity tool, const SphereTree& 
     deep.follow(1, [&](double t) { return at(40, 10 * std::sin(2 * kTau * t)); });
     add(deep, "hard-02-deep", with(snaps(), {{"min_peak_force_N", 20}}));
 
-    for (const double metresPerSecond : {0.5, 2.0, 5.0}) {
+    for (const double metersPerSecond : {0.5, 2.0, 5.0}) {
         Demonstration approach(at(-25));
         approach.hold(0.05);
-        approach.moveTo(at(25), 0.05 / metresPerSecond);
+        approach.moveTo(at(25), 0.05 / metersPerSecond);
         approach.hold(0.2);
         // The motion of the device itself adds its speed times the stiffness of 1 N/mm.
         json outcome = with(snaps(), {{"min_peak_force_N", 10}});
-        outcome["max_dforce_N_per_ms"] = metresPerSecond + 0.6;
-        add(approach, numbered("hard-03-approach", metresPerSecond), outcome);
+        outcome["max_dforce_N_per_ms"] = metersPerSecond + 0.6;
+        add(approach, numbered("hard-03-approach", metersPerSecond), outcome);
     }
 
     Demonstration teleport = pressedBy(3);
@@ -150,14 +150,14 @@ void addBunnyCases(engine::Scene& scene, engine::Entity tool, const SphereTree& 
 
 void addPlateCases(engine::Scene& scene, engine::Entity tool, const PlateHeights& y) {
     const json above{{"tool_within_m", {{"min", {-0.03, y.side / 1000, -0.03}}, {"max", {0.03, 0.1, 0.03}}}}};
-    for (const double metresPerSecond : {0.2, 1.0, 3.0, 10.0}) {
+    for (const double metersPerSecond : {0.2, 1.0, 3.0, 10.0}) {
         Demonstration through({{0, y.above, 0}});
         through.hold(0.05);
-        through.moveTo({{0, -y.past, 0}}, (y.above + y.past) / 1000 / metresPerSecond);
+        through.moveTo({{0, -y.past, 0}}, (y.above + y.past) / 1000 / metersPerSecond);
         through.hold(0.1);
         json outcome = with(with(snaps(), above), {{"min_peak_force_N", y.past - 1}});
-        outcome["max_dforce_N_per_ms"] = metresPerSecond + 0.6;
-        scene.animations.push_back(through.animation(tool, numbered("hard-04-plate", metresPerSecond), outcome));
+        outcome["max_dforce_N_per_ms"] = metersPerSecond + 0.6;
+        scene.animations.push_back(through.animation(tool, numbered("hard-04-plate", metersPerSecond), outcome));
     }
 
     Demonstration flight({{-600, 300, 0}});

@@ -31,9 +31,9 @@ struct BenchCase {
     std::string mode = "default", geometry = "spheres", solver{kExactSolver};
     double tolerance = 0;    ///< as of --tolerance; 0: the solver is exact and has none
     int leaves = 0;          ///< of every part; 0: as the scene says
-    int linearisations = 0;  ///< 0: as the scene says; paper mode has none
+    int linearizations = 0;  ///< 0: as the scene says; paper mode has none
     std::string screening = "none";
-    bool helper = false;       ///< paced by the clock, with the list worker
+    bool listWorker = false;   ///< paced by the clock, with the list worker
     bool fixedMargin = false;  ///< all rows within the margin go to the solver, so that screening has rows to remove
     double rate = 0;           ///< Hz; 0: as the scene says
 

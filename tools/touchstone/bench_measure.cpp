@@ -20,7 +20,8 @@ namespace {
 constexpr double kExactResidual = 1e-6;
 /// Upper ends of the classes of the device's depth beyond the tool by which times are reported, mm.
 constexpr int kDepths[] = {1, 2, 5, 10, 20, 40};
-constexpr const char* kStageNames[] = {"step", "collision", "solve", "helper", "both"};  // both: step and helper
+constexpr const char* kStageNames[] = {"step", "collision", "solve", "list_worker",
+                                       "both"};  // both: step and list worker
 constexpr std::size_t kStages = std::size(kStageNames);
 constexpr double kSlowUs = 70;  // the goal for bunnies: at most one tick in a thousand takes longer
 
@@ -217,7 +218,7 @@ class Measuring {
         statistics.write(report_);
         options_.onSolve = nullptr;
         options_.onTick = nullptr;
-        options_.paced = case_.helper;
+        options_.paced = case_.listWorker;
     }
 
     void splitErrors(const MeshReference& reference, int samples) {
@@ -263,8 +264,8 @@ class Measuring {
                     times[0].push_back(one.step);
                     times[1].push_back(one.collision);
                     times[2].push_back(one.solve);
-                    times[3].push_back(one.helper);
-                    times[4].push_back(one.step + one.helper);
+                    times[3].push_back(one.listWorker);
+                    times[4].push_back(one.step + one.listWorker);
                     const double depth = records_[tick++].wrench_C.force.norm() / settings_.stiffness;
                     const auto at =
                         std::lower_bound(std::begin(kDepths), std::end(kDepths), depth) - std::begin(kDepths);
@@ -272,7 +273,7 @@ class Measuring {
                         timing_.byDepth[static_cast<std::size_t>(at)].push_back(one.step);
                 }
             }
-        } while (times[0].size() < (case_.helper ? effort.paced : effort.ticks) &&
+        } while (times[0].size() < (case_.listWorker ? effort.paced : effort.ticks) &&
                  threadCpuMicroseconds() - start < 1e6 * effort.seconds);
         std::vector<double> equal = timeConstant(times[0].size(), percentiles(times[0]).p50.value_or(0));
         timing_.add(times, equal);
@@ -293,7 +294,7 @@ class Measuring {
                      {"solver", case_.solver},
                      {"tolerance", case_.tolerance > 0 ? nlohmann::ordered_json(case_.tolerance) : nullptr},
                      {"leaves", case_.leaves},
-                     {"linearisations", linearizationsOf(settings_, geometryOf(settings_))},
+                     {"linearizations", linearizationsOf(settings_, geometryOf(settings_))},
                      {"screening", case_.screening},
                      {"rate_Hz", settings_.rate},
                      {"valid", judge_.why().empty()},
@@ -350,7 +351,7 @@ class Measuring {
         row["samples_lost"] = lost_;
         for (const auto& [name, share] :
              {std::pair{"error", &Split::total}, std::pair{"geometry", &Split::geometry},
-              std::pair{"linearisation", &Split::linearisation}, std::pair{"solver", &Split::solver}}) {
+              std::pair{"linearization", &Split::linearization}, std::pair{"solver", &Split::solver}}) {
             for (const auto& [unit, value] : {std::pair{"mm", &Error::position}, std::pair{"rad", &Error::rotation},
                                               std::pair{"N", &Error::force}, std::pair{"mNm", &Error::torque}}) {
                 std::vector<double> values;

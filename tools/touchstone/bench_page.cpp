@@ -87,7 +87,7 @@ std::string benchPage(const ordered_json& results, const std::vector<Figure>& fi
                    "error_p50_N",
                    "error_p50_mNm",
                    "geometry_p50_N",
-                   "linearisation_p50_N",
+                   "linearization_p50_N",
                    "solver_p50_N",
                    "samples",
                    "samples_lost",

@@ -14,7 +14,8 @@ constexpr int kTradeLeaves[] = {512, 4096, 16384}, kCurveLeaves[] = {512, 1024, 
 constexpr int kQuickLeaves[] = {512, 2048, 8192, 64000};
 constexpr double kTolerances[] = {1, 0.01, 1e-4}, kQuickTolerances[] = {1, 0.1, 0.01};
 constexpr double kPaperTolerances[] = {1, 0.01};
-constexpr const char* kFits[] = {"spline", "spline-01"};  // tree walks may dominate their ticks: also with the helper
+constexpr const char* kFits[] = {"spline",
+                                 "spline-01"};  // tree walks may dominate their ticks: also with the list worker
 constexpr const char* kMeshScenes[] = {"bunnies", "spline", "spline-01", "spline-002", "spline-001", "peg-h7", "nut"};
 constexpr const char* kJumps[] = {"-teleport", "-walk"};  // in the names of motions
 constexpr double kUsualTolerance = 0.01;
@@ -81,7 +82,7 @@ class Planner {
         const std::span<const double> tolerances = quick_ ? std::span<const double>(kQuickTolerances) : kTolerances;
         addSolvers(wanted, tolerances);
         for (const int lin : kLinearizations) {
-            wanted.linearisations = lin;
+            wanted.linearizations = lin;
             if (quick_) add(wanted);
             for (const int leaves : kTradeLeaves) {
                 wanted.leaves = leaves;
@@ -97,7 +98,7 @@ class Planner {
         wanted = motion;
         wanted.geometry = "mesh";
         for (const int lin : {0, 1, 2, 4, 16}) {
-            wanted.linearisations = lin;
+            wanted.linearizations = lin;
             add(wanted);
         }
         wanted = motion;
@@ -118,8 +119,8 @@ class Planner {
         wanted.scene = name;
         wanted.geometry = "mesh";
         const auto addBoth = [&] {
-            for (const bool helper : {false, true}) {
-                wanted.helper = helper;
+            for (const bool listWorker : {false, true}) {
+                wanted.listWorker = listWorker;
                 add(wanted);
             }
         };
@@ -176,8 +177,8 @@ std::vector<const SolverInfo*> benchSolvers(bool gpu) {
 std::string BenchCase::key() const {
     const auto part = [](const char* name, double value) { return value > 0 ? name + number(value) : std::string(); };
     return scene + "/" + motion + "/" + mode + "/" + (geometry == "mesh" ? "mesh/" : "") + solver +
-           part("/tolerance=", tolerance) + part("/leaves=", leaves) + part("/linearisations=", linearisations) +
-           (helper ? "/helper" : "") + (fixedMargin ? "/fixed-margin" : "") +
+           part("/tolerance=", tolerance) + part("/leaves=", leaves) + part("/linearizations=", linearizations) +
+           (listWorker ? "/list-worker" : "") + (fixedMargin ? "/fixed-margin" : "") +
            (screening == "none" ? "" : "/" + screening) + part("/rate=", rate);
 }
 
@@ -193,7 +194,7 @@ Settings BenchCase::settings(const Settings& sceneSettings) const {
     set("screening", screening);
     if (fixedMargin) set("adaptive_margin", "false");
     if (tolerance > 0) set("tolerance", number(tolerance));
-    if (linearisations > 0) set("linearisations", number(linearisations));
+    if (linearizations > 0) set("linearizations", number(linearizations));
     if (rate > 0) set("rate", number(rate));
     if (const std::string wrong = checkSettings(chosen); !wrong.empty()) throw UsageError(wrong);
     return chosen;
@@ -245,9 +246,9 @@ BenchPlan planBench(const BenchCommand& command) {
                 const bool fit = std::find(std::begin(kFits), std::end(kFits), scene) != std::end(kFits);
                 for (const char* geometry : {"spheres", "mesh"}) {
                     wanted.geometry = geometry;
-                    wanted.helper = false;
+                    wanted.listWorker = false;
                     planner.add(wanted);
-                    wanted.helper = fit;
+                    wanted.listWorker = fit;
                     planner.add(wanted);
                 }
             }

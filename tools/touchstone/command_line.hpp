@@ -52,8 +52,10 @@ inline void addUiScale(CLI::App& command, std::optional<float>& scale) {
 /// option of its own yet.
 inline void addSet(CLI::App& command, std::vector<std::string>& set, const char* help) {
     command.add_option("--set", set, help)->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    for (const SettingInfo& info : settingTable()) {
-        const std::string key(info.key);
+    std::vector<std::string> keys;
+    for (const SettingInfo& info : settingTable()) keys.emplace_back(info.key);
+    for (const EarlierKey& key : earlierSettingKeys()) keys.emplace_back(key.earlier);
+    for (const std::string& key : keys) {
         if (command.get_option_no_throw("--" + key)) continue;
         // CLI11 goes through the options in their order, so those of --set are there by then; they come last and win.
         command

@@ -60,12 +60,13 @@ int scaleScene(const NewOptions& options) {
     return kOk;
 }
 
-/// A length such as 20mm or 0.5in as meters; without a unit that of the parts. Nothing if it is zero or none.
+/// A length such as 20mm or 0.5in as meters; without a unit, in that of the parts. Nothing if it is zero or not a
+/// length.
 std::optional<double> lengthInMeters(const std::string& text, const std::string& unit) {
     const std::size_t end = text.find_last_of("0123456789.") + 1;
     const auto number = readNumber(text.substr(0, end), -1e6, 1e6);
     if (!number || *number == 0) return {};
-    return *number * metresPer(end < text.size() ? text.substr(end) : unit);
+    return *number * metersPer(end < text.size() ? text.substr(end) : unit);
 }
 
 double goalLength(const std::string& text, const std::string& unit) {
@@ -111,7 +112,7 @@ engine::RigidPart toolPoseOf(const NewOptions& options) {
             return pose;
         }
         if (k < 3)
-            pose.translation[k] = *number * metresPer(end < word.size() ? word.substr(end) : options.unit);
+            pose.translation[k] = *number * metersPer(end < word.size() ? word.substr(end) : options.unit);
         else
             pose.rotation = glm::angleAxis(glm::radians(*number), glm::dvec3(k == 3, k == 4, k == 5)) * pose.rotation;
     }
@@ -166,12 +167,12 @@ glm::dvec3 inFile(const glm::dvec3& v, const NewOptions& options) {
 std::optional<sandbox::MateProposal> findMate(const NewOptions& options, const StepParts& step, engine::RigidPart& pose,
                                               NewScene& parts) {
     if (options.noMate || step.tool().parts.empty()) return {};
-    using Tool = sandbox::MateWish::Tool;
-    sandbox::MateWish wish;
-    wish.tool = options.assembled ? Tool::AtGoal : options.toolPose.empty() ? Tool::Anywhere : Tool::OnAxis;
-    if (!options.axis.empty()) wish.out = inFile(axisOf(options), options);
-    if (!options.thread.empty()) wish.lead = leadOf(options);
-    const std::optional<sandbox::MateProposal> mate = mateOf(step, pose, wish);
+    using Tool = sandbox::MateConstraints::Tool;
+    sandbox::MateConstraints given;
+    given.tool = options.assembled ? Tool::AtGoal : options.toolPose.empty() ? Tool::Anywhere : Tool::OnAxis;
+    if (!options.axis.empty()) given.out = inFile(axisOf(options), options);
+    if (!options.thread.empty()) given.lead = leadOf(options);
+    const std::optional<sandbox::MateProposal> mate = mateOf(step, pose, given);
     if (!mate) return {};
     pose = chained(pose, mate->pose);
     parts.axis = inScene(mate->out, options);
@@ -270,7 +271,7 @@ int makeNew(const NewOptions& options) {
     if (options.tree.leaves.value_or(sandbox::kMinLeaves) < sandbox::kMinLeaves)
         throw UsageError("--leaves is at least " + std::to_string(sandbox::kMinLeaves) + " in a scene");
 
-    const PartFrame frame{options.unit.c_str(), metresPer(options.unit), options.up == "z",
+    const PartFrame frame{options.unit.c_str(), metersPer(options.unit), options.up == "z",
                           options.crease * std::numbers::pi / 180};
     NewScene parts;
     parts.name = options.output.stem().string();
@@ -410,8 +411,8 @@ void addNew(CLI::App& program, Action& action) {
         "the parts are modeled in assembled position: that is the goal, and the tool starts outside"));
     ofPart(
         command->add_flag("--no-mate", options->noMate,
-                          "leave the tool where a STEP file has it, and without --goal or --assembled give it no goal, "
-                          "instead of finding from the surfaces where it fits"));
+                          "do not search the surfaces of STEP files for where the tool fits: it stays where its file "
+                          "has it, and has no goal without --goal or --assembled"));
     ofPart(command->add_option(
         "--goal", options->goal,
         "DEPTH[,TOLERANCE]: the tool should end with its lowest point DEPTH below the highest of the "
@@ -420,20 +421,21 @@ void addNew(CLI::App& program, Action& action) {
         "--tool-pose", options->toolPose,
         "X,Y,Z[,RX,RY,RZ]: the tool is turned about the x, y and z axes of its file by these degrees, one after the "
         "other, and then moved by X,Y,Z, before anything else is measured: for parts that are modeled apart"));
-    ofPart(command->add_option("--axis", options->axis,
-                               "the way out: x, y, z, -x, -y or -z in coordinates with that --up (default: up)"));
+    ofPart(
+        command->add_option("--axis", options->axis,
+                            "the way out: x, y, z, -x, -y or -z in the coordinates that --up describes (default: up)"));
     ofPart(command->add_option(
         "--thread", options->thread,
-        "LEAD: the tool is screwed in along that axis, by LEAD per turn (the pitch times the "
+        "LEAD: the tool is screwed in along --axis, by LEAD per turn (the pitch times the "
         "starts), negative for a left-handed thread; at the goal it is turned until the threads are in phase"));
     ofPart(command->add_flag("--demo", options->demonstration,
-                             "add a demonstration: straight in along that axis, or on the thread, from outside to the "
+                             "add a demonstration: straight in along --axis, or on the thread, from outside to the "
                              "goal"));
     ofPart(
         command->add_option("--study", options->study,
                             "run a study of five simulated hands, and write its protocol and results to this folder"));
     for (CLI::Option* option : addStepChoice(*command, options->step)) ofPart(option);
-    CLI::Option* scene = command->add_option("--scene", options->scene, "in place of parts: a scene to copy, scaled");
+    CLI::Option* scene = command->add_option("--scene", options->scene, "instead of parts: a scene to copy and scale");
     for (CLI::Option* option : ofParts) scene->excludes(option);
     command->add_option("--scale", options->scale, "factor by which the scene is scaled")->needs(scene);
     addTreeChoice(*command, options->tree);

@@ -10,7 +10,7 @@
 namespace touchstone::app {
 
 std::optional<sandbox::MateProposal> mateOf(const StepParts& parts, const engine::RigidPart& pose,
-                                            const sandbox::MateWish& wish) {
+                                            const sandbox::MateConstraints& given) {
     const auto bodyParts = [&](const StepParts::Body& body, const glm::dmat4& place) {
         std::vector<sandbox::MatePart> found;
         for (const std::uint32_t index : body.parts) {
@@ -26,7 +26,7 @@ std::optional<sandbox::MateProposal> mateOf(const StepParts& parts, const engine
         const std::vector<sandbox::MatePart> more = bodyParts(body, glm::dmat4(1));
         obstacles.insert(obstacles.end(), more.begin(), more.end());
     }
-    return sandbox::proposeMate(tool, obstacles, wish);
+    return sandbox::proposeMate(tool, obstacles, given);
 }
 
 std::string toolPoseText(const engine::RigidPart& pose) {

@@ -1,5 +1,5 @@
 #pragma once
-// What a scene of STEP files needs and nobody gave: where the tool goes, found from the surfaces of the parts.
+// Finds from the surfaces of STEP parts where the tool goes, if the user did not say.
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,10 +10,10 @@
 
 namespace touchstone::app {
 
-/// The mate of the tool, which lies at `pose` in the frame of its file, with those obstacles that are of STEP files.
-/// Nothing if there is none.
+/// The mate of the tool, which lies at `pose` in the frame of its file, with the obstacles from STEP files. Nothing if
+/// there is none.
 std::optional<sandbox::MateProposal> mateOf(const StepParts& parts, const engine::RigidPart& pose,
-                                            const sandbox::MateWish& wish);
+                                            const sandbox::MateConstraints& given);
 
 /// The value of --tool-pose that gives this pose.
 std::string toolPoseText(const engine::RigidPart& pose);

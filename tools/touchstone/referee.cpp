@@ -76,8 +76,8 @@ const std::vector<JudgedMotion>& bundledMotions() {
     return motions;
 }
 
-/// One way in which Touchstone renders.
-struct Way {
+/// A mode, geometry and solver of Touchstone.
+struct Choice {
     std::string name;
     Settings settings;
 };
@@ -110,9 +110,9 @@ struct JudgedRun {
 };
 
 /// A scene with a motion of the device.
-class Course {
+class Comparison {
   public:
-    Course(const JudgedMotion& motion, const RefereeCommand& command) : what(motion), limit_(command.limit) {
+    Comparison(const JudgedMotion& motion, const RefereeCommand& command) : what(motion), limit_(command.limit) {
         sandbox::SceneOptions options{.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()};
         options.allTrees = motion.spheres;
         std::shared_ptr<const Motion> moved;
@@ -154,8 +154,8 @@ class Course {
     }
 
     /// Every geometry, mode and solver that can render it; the usual one first.
-    std::vector<Way> ways() const {
-        std::vector<Way> all;
+    std::vector<Choice> choices() const {
+        std::vector<Choice> all;
         const auto add = [&](const std::string& name, const Settings& usual) {
             const std::string system = "Touchstone " + name;
             all.push_back({system, usual});
@@ -183,9 +183,9 @@ class Course {
     Pose center(const Pose& X_WT) const { return {X_WT * world().p_TC(), X_WT.q}; }
 
     /// Touchstone; as the reference, `finer` ticks for one of the others, and without a limit.
-    JudgedRun touchstone(const Way& way, int finer = 1) const {
-        JudgedRun run{.system = way.name};
-        Settings chosen = way.settings;
+    JudgedRun touchstone(const Choice& choice, int finer = 1) const {
+        JudgedRun run{.system = choice.name};
+        Settings chosen = choice.settings;
         chosen.shadow = kNoSolver;
         chosen.rate *= finer;
         const double start = threadCpuMicroseconds();
@@ -438,19 +438,19 @@ int referee(const RefereeCommand& command) {
     std::vector<ordered_json> rows;
     std::vector<std::string> names;
     for (const JudgedMotion& motion : motions) {
-        const Course course(motion, command);
+        const Comparison comparison(motion, command);
         names.emplace_back(motion.name);
-        const std::vector<Way> ways = course.ways();
-        const JudgedRun reference = course.touchstone(ways.front(), kFiner);
+        const std::vector<Choice> choices = comparison.choices();
+        const JudgedRun reference = comparison.touchstone(choices.front(), kFiner);
         std::vector<JudgedRun> runs;
-        for (const Way& way : ways) runs.push_back(course.touchstone(way));
+        for (const Choice& choice : choices) runs.push_back(comparison.touchstone(choice));
         for (const EngineInfo& info : engineTable())
-            for (const int substeps : {1, 4}) runs.push_back(course.engine(info, substeps));
+            for (const int substeps : {1, 4}) runs.push_back(comparison.engine(info, substeps));
         std::printf("%s%s\n", motion.name.c_str(),
                     motion.friction > 0 ? (", friction " + shortNumber(motion.friction)).c_str() : "");
         for (JudgedRun& run : runs) {
-            course.judge(run);
-            rows.push_back(course.row(run, reference));
+            comparison.judge(run);
+            rows.push_back(comparison.row(run, reference));
             const ordered_json& row = rows.back();
             std::printf(
                 "  %-44s intersects %6s %%, %8s mm; seated %-3s tunneled %-3s force error %8s / %8s N, rest %8s N, "
@@ -463,7 +463,7 @@ int referee(const RefereeCommand& command) {
             std::fflush(stdout);
             const auto is = [&](const char* word) { return run.system.find(word) != std::string::npos; };
             if ((motion.friction == 0 || !command.given.empty()) && !is(" with ") && !is(" substeps"))
-                course.draw(run, command.out / pictureName(motion.name, run.system));
+                comparison.draw(run, command.out / pictureName(motion.name, run.system));
         }
         writeFile(command.out / "referee.csv", "the table", toCsv(rows));
     }

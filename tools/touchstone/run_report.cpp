@@ -41,7 +41,7 @@ void printFigures(const sandbox::Report& report) {
     printPercentiles("step", report.stepUs, "µs");
     printPercentiles("collision", report.collisionUs, "µs");
     printPercentiles("solve", report.solveUs, "µs");
-    if (report.helperUs.max.value_or(0) > 0) printPercentiles("helper", report.helperUs, "µs");
+    if (report.listWorkerUs.max.value_or(0) > 0) printPercentiles("list worker", report.listWorkerUs, "µs");
     if (report.shadow != "none") {
         printPercentiles("shadow", report.shadowUs, "µs");
         if (const Percentiles& error = report.shadowForceError; error.p50)

@@ -27,7 +27,7 @@ double deviationOf(const std::string& text) {
     const std::size_t end = text.find_last_of("0123456789.") + 1;
     const auto number = readNumber(text.substr(0, end), 0, 1e6);
     const std::string unit = end < text.size() ? text.substr(end) : "mm";
-    const double meters = number ? *number * (unit == "um" || unit == "µm" ? 1e-6 : metresPer(unit)) : 0;
+    const double meters = number ? *number * (unit == "um" || unit == "µm" ? 1e-6 : metersPer(unit)) : 0;
     if (!(meters >= kLeastDeviation && meters <= kMostDeviation))
         throw UsageError("--deviation takes a length like 0.001mm or 1um, from 1 nm to 100 mm, not '" + text + "'");
     return meters;
@@ -53,9 +53,10 @@ std::vector<CLI::Option*> addStepChoice(CLI::App& command, StepChoice& choice) {
                         "shaft are nowhere in phase, or in-step, so that one number divides the other")
             ->capture_default_str()
             ->check(CLI::IsMember({"coprime", "in-step"})),
-        command.add_flag("--keep-clearance", choice.keepClearance,
-                         "holes of STEP files lie outside their surface and shafts inside, so that facets take nothing "
-                         "from the clearance that was drawn")};
+        command.add_flag(
+            "--keep-clearance", choice.keepClearance,
+            "place the facets of holes in STEP files outside their surfaces and those of shafts inside, so "
+            "that they take nothing from the drawn clearance")};
 }
 
 StepParts::StepParts(const fs::path& assembly, const std::string& tool, const std::vector<std::string>& obstacles,

@@ -37,7 +37,7 @@ TreePart readMeshPart(const PartChoice& choice) {
         throw UsageError("--part chooses a node of a scene, but '" + choice.file + "' is one part");
     TreePart part;
     part.name = fs::path(choice.file).stem().string();
-    part.mmPerUnit = sandbox::kMmPerMeter * metresPer(choice.unit.value_or("mm"));
+    part.mmPerUnit = sandbox::kMmPerMeter * metersPer(choice.unit.value_or("mm"));
     // The file is read in its own unit: single precision then keeps its digits, and the unit is applied in double.
     const engine::MeshFile read = engine::readMeshFile(choice.file, 1);
     for (const std::string& note : read.notes) spdlog::warn("{}", note);
@@ -120,7 +120,7 @@ double TreePart::diagonal() const {
     return box.diagonal().norm();
 }
 
-double metresPer(const std::string& unit) {
+double metersPer(const std::string& unit) {
     for (const Unit& known : kUnits)
         if (known.name == unit) return known.meters;
     throw UsageError("--unit is mm, cm, m or in, not '" + unit + "'");

@@ -31,7 +31,7 @@ struct TreePart {
 };
 
 /// mm, cm, m or in. Throws UsageError for other units.
-double metresPer(const std::string& unit);
+double metersPer(const std::string& unit);
 
 /// All parts of the choice: tool and obstacles of a scene, the whole scene if it has neither, or the named node with
 /// its descendants. Throws UsageError where the choice does not fit the file, otherwise engine::SceneError or

@@ -15,6 +15,7 @@
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/scene.hpp"
 #include "haptics/files/output_file.hpp"
+#include "haptics/loop/setting_table.hpp"
 #include "haptics/math/hash.hpp"
 #include "haptics/sandbox/exchange/demonstration_file.hpp"
 #include "haptics/sandbox/record/build_info.hpp"
@@ -183,8 +184,9 @@ Demonstration verified(const DemonstrationFile& file, const json& entry, const U
     demo.chain = chainOf(demo.notes, demo.rows);
     for (const auto& [part, bytes] : file.views(demo, messages))
         if (!agree(part, file.part(part), bytes)) file.fail(part + " does not follow from the ticks of " + name);
-    if (json(demo.settings) != entry.at("settings"))
-        file.fail("the settings of " + name + " are not those of its recording");
+    json told = json::object();
+    for (const auto& [key, value] : entry.at("settings").items()) told[std::string(settingKey(key))] = value;
+    if (json(demo.settings) != told) file.fail("the settings of " + name + " are not those of its recording");
     const double slack = demo.agreement.otherBuild.empty() ? 0 : kTolerance.position;
     if (!(demo.penetration <= entry.at("penetration_mm").get<double>() + slack))
         file.fail(name + " penetrates by " + scientific(demo.penetration) + " mm, deeper than it says");

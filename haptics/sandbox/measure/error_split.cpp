@@ -59,7 +59,7 @@ ErrorSplit splitError(const World& world, const Settings& settings, const MeshRe
     const auto share = [&](const Pose& a, const Pose& b) { return between(world, settings, now.X_WT_device, a, b); };
     split.total = share(now.X_WT, split.truth.X_WT);
     split.geometry = share(split.X_WT_converged, split.truth.X_WT);
-    split.linearisation = share(once, split.X_WT_converged);
+    split.linearization = share(once, split.X_WT_converged);
     split.solver = share(now.X_WT, once);
     return split;
 }

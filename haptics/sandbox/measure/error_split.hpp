@@ -19,7 +19,7 @@ struct ErrorSplit {
     /// The geometry of the tick, solved to convergence, against the meshes: the protrusion of sphere trees; between
     /// meshes the contact distance δ, less the distance that the reference keeps (MeshReferenceOptions::shell).
     AnswerError geometry;
-    AnswerError linearisation;  ///< one tick with the exact solver against that converged solution
+    AnswerError linearization;  ///< one tick with the exact solver against that converged solution
     AnswerError solver;         ///< the tick against one with the exact solver
     MeshReferenceAnswer truth;
     Pose X_WT_converged;     ///< tool pose where this geometry and the exact solver come to rest

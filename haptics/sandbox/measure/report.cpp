@@ -77,7 +77,7 @@ ordered_json toJson(const Report& report) {
         {"collision_us", times(report.collisionUs)},
         {"solve_us", times(report.solveUs)},
         {"shadow_us", times(report.shadowUs)},
-        {"helper_us", times(report.helperUs)},
+        {"list_worker_us", times(report.listWorkerUs)},
         {"pairs", counts(report.pairs)},
         {"rows", counts(report.rows)},
         {"iterations", counts(report.iterations)},
@@ -155,6 +155,7 @@ void RunStatistics::add(const TickRecord& record, double penetration, double dt)
     hash_ = first ? hashTick(record) : hashTick(record, hash_);
     if (!first) forceChange_.push_back((record.wrench_C.force - lastForce_).norm() / dt);
     lastForce_ = record.wrench_C.force;
+    // Values whose percentiles the report has.
     pairs_.push_back(record.pairs);
     rows_.push_back(record.rows);
     iterations_.push_back(record.iterations);
@@ -166,6 +167,7 @@ void RunStatistics::add(const TickRecord& record, double penetration, double dt)
     if (record.shadowRows > 0 && record.shadowStatus != SolveStatus::Invalid && feasible && force > kContactForce)
         shadowError_.push_back(record.shadowForceError);
 
+    // Extremes and counts.
     if (gauge_) depth_.add(gauge_->depth(record.X_WT));
     toolPose_ = record.X_WT;
     truncated_ += record.rowsTruncated;
@@ -180,6 +182,7 @@ void RunStatistics::add(const TickRecord& record, double penetration, double dt)
     byProcessor_ += (record.flags & kByProcessor) != 0;
     badInput_ += (record.flags & kBadInput) != 0;
     overlapping_ += (record.flags & kOverlapping) != 0;
+    // Friction: ticks by what they took, extremes, and the sum of heat.
     friction_.sticking += record.sticking > 0;
     friction_.sliding += record.sliding > 0;
     if (record.frictionStage > 0) ++friction_.stages[std::size_t(record.frictionStage) - 1];
@@ -197,7 +200,7 @@ void RunStatistics::addTimes(const TickRecord& record) {
     stepUs_.push_back(record.totalUs - record.shadowUs);
     collisionUs_.push_back(record.collisionUs);
     solveUs_.push_back(record.solveUs);
-    helperUs_.push_back(record.helperUs);
+    listWorkerUs_.push_back(record.helperUs);
 }
 
 void RunStatistics::write(Report& report) const {
@@ -206,7 +209,7 @@ void RunStatistics::write(Report& report) const {
     report.collisionUs = percentiles(collisionUs_);
     report.solveUs = percentiles(solveUs_);
     report.shadowUs = percentiles(shadowUs_);
-    report.helperUs = percentiles(helperUs_);
+    report.listWorkerUs = percentiles(listWorkerUs_);
     report.pairs = percentiles(pairs_);
     report.rows = percentiles(rows_);
     report.iterations = percentiles(iterations_);

@@ -24,7 +24,7 @@ struct Report {
     std::string device;
     double rate = 0;  ///< Hz
     std::uint64_t ticks = 0;
-    Percentiles stepUs, collisionUs, solveUs, shadowUs, helperUs;  ///< stepUs: without the shadow solver
+    Percentiles stepUs, collisionUs, solveUs, shadowUs, listWorkerUs;  ///< stepUs: without the shadow solver
     Percentiles pairs, rows, iterations;
     std::int64_t rowsTruncated = 0;              ///< sum over the run
     Percentiles penetration, hover, marginUsed;  ///< mm
@@ -87,7 +87,7 @@ class RunStatistics {
     std::uint64_t hash() const { return hash_; }
 
   private:
-    std::vector<double> stepUs_, collisionUs_, solveUs_, shadowUs_, helperUs_;
+    std::vector<double> stepUs_, collisionUs_, solveUs_, shadowUs_, listWorkerUs_;
     std::vector<double> pairs_, rows_, iterations_, penetration_, hover_, margin_, forceChange_, shadowError_;
     std::optional<Gauge> gauge_;
     std::optional<Pose> toolPose_;

@@ -55,6 +55,13 @@ std::string readAt(int handle, std::uint64_t at, std::size_t size) {
 struct Column {
     std::string name, type;
 };
+
+/// The name of today for a column of an earlier version.
+std::string_view columnName(std::string_view name) {
+    if (name == "linearisations") return "linearizations";
+    return name == "helper_us" ? "list_worker_us" : name;
+}
+
 struct Header {
     std::vector<Column> columns;
     std::uint64_t rows = 0, bytes = 0;
@@ -293,7 +300,7 @@ TickFileReader::TickFileReader(fs::path file)
         std::size_t offset = 0;
         for (const Column& column : header.columns) {
             for (const TickField& field : tickFields())
-                if (field.name == column.name) {
+                if (field.name == columnName(column.name)) {
                     if (field.type() != column.type)
                         throw std::invalid_argument("a column has another type than in this program");
                     columns_.push_back({&field, offset});

@@ -34,8 +34,8 @@ MateBand seen(MateBand band, bool flipped) {
 
 class MateSearch {
   public:
-    MateSearch(std::span<const MatePart> tool, std::span<const MatePart> obstacles, const MateWish& wish)
-        : wish_(wish),
+    MateSearch(std::span<const MatePart> tool, std::span<const MatePart> obstacles, const MateConstraints& given)
+        : given_(given),
           tool_(mateFaces(tool)),
           obstacle_(mateFaces(obstacles)),
           toolAxes_(mateAxes(tool_)),
@@ -51,14 +51,14 @@ class MateSearch {
   private:
     std::optional<MateSeat> bestOnAxes() const {
         if (std::optional<MateSeat> seat = asModeled()) return finished(*seat);
-        if (wish_.tool == MateWish::Tool::AtGoal) return {};
+        if (given_.tool == MateConstraints::Tool::AtGoal) return {};
         std::optional<MateSeat> best;
         for (const Candidate& candidate : candidates())
             for (const bool down : {false, true})
                 for (const bool turned : {false, true}) {
                     const MateAxis &tool = *candidate.tool, &obstacle = *candidate.obstacle;
                     const bool against = glm::dot(tool.direction, obstacle.direction) < 0;
-                    if (wish_.tool == MateWish::Tool::OnAxis && turned != (against != down)) continue;
+                    if (given_.tool == MateConstraints::Tool::OnAxis && turned != (against != down)) continue;
                     if (std::optional<MateSeat> seat = slidIn(tool, turned, obstacle, down))
                         if (!best || better(*seat, *best)) best = seat;
                 }
@@ -80,11 +80,11 @@ class MateSearch {
         std::vector<Candidate> found;
         for (const MateAxis& tool : toolAxes_)
             for (const MateAxis& obstacle : obstacleAxes_) {
-                if (wish_.tool == MateWish::Tool::OnAxis && !coaxial(tool, obstacle)) continue;
+                if (given_.tool == MateConstraints::Tool::OnAxis && !coaxial(tool, obstacle)) continue;
                 double weight = 0;
                 for (const MateBand& a : tool.bands)
                     for (const MateBand& b : obstacle.bands)
-                        if (const MatePair pair{a, b}; pair.fits(wish_.lead))
+                        if (const MatePair pair{a, b}; pair.fits(given_.lead))
                             weight = std::max(weight, pair.weight(std::min(a.to - a.from, b.to - b.from)));
                 if (weight > 0) found.push_back({&tool, &obstacle, weight, glm::length(tool.point - obstacle.point)});
             }
@@ -101,7 +101,7 @@ class MateSearch {
         return seat;
     }
 
-    bool allowed(const dvec3& out) const { return !wish_.out || glm::length(out - *wish_.out) < 1e-4; }
+    bool allowed(const dvec3& out) const { return !given_.out || glm::length(out - *given_.out) < 1e-4; }
 
     static bool better(const MateSeat& a, const MateSeat& b) {
         if (a.weight < kAsGood * b.weight) return false;
@@ -147,7 +147,7 @@ class MateSearch {
         for (const MatePair& pair : all) {
             const double length = pair.engaged(seat.travel);
             if (length <= kSamePlace) continue;
-            if (!pair.fits(wish_.lead)) {
+            if (!pair.fits(given_.lead)) {
                 if (pair.clearance() < 0) return false;
                 continue;
             }
@@ -180,6 +180,7 @@ class MateSearch {
         const auto turnOf = [](const MateSide& a, const MateSide& b) {
             return std::remainder(b.angle - a.angle + (a.radius > 0 ? 0 : kFullTurn / 2), kFullTurn);
         };
+        // All turns in which some side meets one of the obstacle, each once.
         std::vector<double> turns;
         for (const MateSide& a : tool)
             for (const MateSide& b : obstacle)
@@ -188,6 +189,7 @@ class MateSearch {
         const auto near = [](double a, double b) { return std::abs(std::remainder(a - b, kFullTurn)) < kSameTurn; };
         turns.erase(std::unique(turns.begin(), turns.end(), near), turns.end());
         if (turns.size() > 1 && near(turns.front(), turns.back())) turns.pop_back();
+        // The area and number of sides that meet in each turn.
         std::vector<std::pair<double, std::size_t>> scores;
         for (const double turn : turns) {
             double score = 0;
@@ -201,6 +203,7 @@ class MateSearch {
             }
             scores.emplace_back(score, count);
         }
+        // Among those that are as good as the best, the one nearest to how the tool is modeled.
         const auto top = std::ranges::max_element(scores);
         if (top == scores.end()) return;
         double least = 1e30;
@@ -214,7 +217,7 @@ class MateSearch {
         if (!keep || least < kSameTurn) seat.sides = top->second;
     }
 
-    /// What the tool meets first on its way in. Where the shaft is thicker than the hole, nothing is said to meet.
+    /// What the tool meets first on its way in; nothing if the shaft is thicker than the hole.
     std::optional<MateStop> findStop(const MateSeat& seat, const MatePair& pair) const {
         const std::vector<MateLevel> under = mateLevels(tool_, seat.tool, false);
         const std::vector<MateLevel> over = mateLevels(obstacle_, seat.obstacle, true);
@@ -290,9 +293,9 @@ class MateSearch {
         if (!allowed(seat.obstacle.up)) return {};
         const std::vector<MatePair> all = pairs(tool, turned, obstacle, down);
         const auto first = std::ranges::max_element(
-            all, {}, [&](const MatePair& pair) { return pair.fits(wish_.lead) ? pair.shaft().radius : 0.0; });
-        if (first == all.end() || !first->fits(wish_.lead)) return {};
-        findTurn(seat, first->shaft().radius, wish_.tool == MateWish::Tool::OnAxis);
+            all, {}, [&](const MatePair& pair) { return pair.fits(given_.lead) ? pair.shaft().radius : 0.0; });
+        if (first == all.end() || !first->fits(given_.lead)) return {};
+        findTurn(seat, first->shaft().radius, given_.tool == MateConstraints::Tool::OnAxis);
         seat.stop = findStop(seat, *first);
         seat.travel = seat.stop ? seat.stop->travel : first->obstacle.from - first->tool.from;
         if (!weigh(seat, all)) return {};
@@ -348,7 +351,7 @@ class MateSearch {
         return highest;
     }
 
-    MateWish wish_;
+    MateConstraints given_;
     std::vector<MateFace> tool_, obstacle_;
     std::vector<MateAxis> toolAxes_, obstacleAxes_;
 };
@@ -391,8 +394,8 @@ engine::RigidPart poseOf(const MateSeat& seat) {
 }
 
 std::optional<MateSeat> findSeat(std::span<const MatePart> tool, std::span<const MatePart> obstacles,
-                                 const MateWish& wish) {
-    return MateSearch(tool, obstacles, wish).best();
+                                 const MateConstraints& given) {
+    return MateSearch(tool, obstacles, given).best();
 }
 
 }  // namespace touchstone::sandbox

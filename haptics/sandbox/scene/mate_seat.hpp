@@ -10,10 +10,10 @@
 
 namespace touchstone::sandbox {
 
-inline constexpr double kSamePlace = 2e-6;  ///< m: places that agree, with the digits that files have
+inline constexpr double kSamePlace = 2e-6;  ///< m: points this near agree, given the digits of files
 
-/// What is known already, and so is not searched.
-struct MateWish {
+/// What is known already and need not be found.
+struct MateConstraints {
     enum class Tool {
         Anywhere,  ///< it may be turned and moved
         OnAxis,    ///< it lies on its axis, and may be moved along it
@@ -67,6 +67,6 @@ engine::RigidPart poseOf(const MateSeat& seat);
 
 /// The tool's own place if it fits there, else the seat with the longest and closest fit.
 std::optional<MateSeat> findSeat(std::span<const MatePart> tool, std::span<const MatePart> obstacles,
-                                 const MateWish& wish);
+                                 const MateConstraints& given);
 
 }  // namespace touchstone::sandbox

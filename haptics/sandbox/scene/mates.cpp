@@ -85,15 +85,15 @@ void sayTurn(const MateSeat& seat, MateProposal& made) {
 }  // namespace
 
 std::optional<MateProposal> proposeMate(std::span<const MatePart> tool, std::span<const MatePart> obstacles,
-                                        const MateWish& wish) {
-    const std::optional<MateSeat> seat = findSeat(tool, obstacles, wish);
+                                        const MateConstraints& given) {
+    const std::optional<MateSeat> seat = findSeat(tool, obstacles, given);
     if (!seat) return {};
     MateProposal made;
     made.modeled = seat->modeled;
     if (!seat->modeled) made.pose = poseOf(*seat);
     made.point = seat->obstacle.point;
     made.out = seat->obstacle.up;
-    made.lead = wish.lead != 0 ? wish.lead : seat->main.threads() ? seat->main.tool.lead : 0;
+    made.lead = given.lead != 0 ? given.lead : seat->main.threads() ? seat->main.tool.lead : 0;
     if (made.lead == 0) made.fold = seat->fold;  // that of a thread is the number of its starts
     made.clearance = seat->main.clearance();
     sayFit(*seat, obstacles, made);

@@ -27,6 +27,6 @@ struct MateProposal {
 /// meet in phase about it, and the planes and cones at which the tool stops. A tool that is modeled in such a place
 /// stays there. Needs triangles of plane faces. Nothing if no shaft of one side goes into a hole of the other.
 std::optional<MateProposal> proposeMate(std::span<const MatePart> tool, std::span<const MatePart> obstacles,
-                                        const MateWish& wish = {});
+                                        const MateConstraints& given = {});
 
 }  // namespace touchstone::sandbox

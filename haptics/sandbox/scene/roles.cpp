@@ -268,7 +268,7 @@ std::vector<Pose> RoleReader::readWay(engine::Fields& fields, Entity node, const
     return way;
 }
 
-/// The motion backward, as few poses as follow it within a tenth of a millimeter.
+/// The motion backward, as the fewest poses that follow it within a tenth of a millimeter.
 std::vector<Pose> RoleReader::wayOfMotion(engine::Fields& fields, const std::string& name,
                                           const GoalRegion& goal) const {
     for (const engine::Animation& animation : scene_.animations) {
@@ -440,7 +440,10 @@ void setSettings(Scene& scene, const SceneRoles& roles, const Settings& settings
     if (!scene.extras->is_null() && !scene.extras->is_object())
         engine::failIn(scene.file, engine::objectLabel("scene", static_cast<std::size_t>(scene.index)),
                        "its extras are not a JSON object: make them one to store settings there");
-    (*scene.extras)["touchstone"]["settings"].update(changed);
+    json& stored = (*scene.extras)["touchstone"]["settings"];
+    for (const EarlierKey& key : earlierSettingKeys())
+        if (changed.contains(key.now)) stored.erase(std::string(key.earlier));
+    stored.update(changed);
 }
 
 }  // namespace touchstone::sandbox

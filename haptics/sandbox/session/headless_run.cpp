@@ -291,6 +291,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
         times.emplace(*timed, options.paced, recorder.has_value());
     }
 
+    // What judges and reports the ticks.
     const auto control = pass.driver() ? pass.driver()->session().device->control() : nullptr;
     RunStatistics statistics(scene.roles.gauge);
     // Limits for every tick are checked with any device; limits at the end only with the motion that they belong to.
@@ -336,7 +337,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
         if (us) {
             run.last.collisionUs = us->collision;
             run.last.solveUs = us->solve;
-            run.last.helperUs = us->helper;
+            run.last.helperUs = us->listWorker;
             run.last.totalUs = us->step + run.last.shadowUs;
             statistics.addTimes(run.last);
         }
@@ -346,6 +347,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
         if (options.onTick) options.onTick(run.last, penetration);
         if (options.onRecord) options.onRecord(pass.recordedTick(run.last));
     }
+    // The run is over: report it, and check that both passes agree.
     if (recorder) {
         recorder->flush();
         run.recordingFailure = recorder->failure();

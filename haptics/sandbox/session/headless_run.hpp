@@ -68,7 +68,7 @@ struct HeadlessRun {
 
 /// The times of one tick, thread CPU time in µs.
 struct TickTimes {
-    double step, collision, solve, helper;
+    double step, collision, solve, listWorker;
 };
 
 struct TimedRun {

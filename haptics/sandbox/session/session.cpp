@@ -40,7 +40,7 @@ void LiveSession::take(const RecordedTick& tick) {
     if (const bool left = tick.record.flags & kByProcessor; left && !std::exchange(saidByProcessor_, true))
         log_.say(
             Message::Kind::Warning,
-            "The solver's card was late or lost: in such ticks pqp solves on the processor. If it stays so, choose "
+            "The solver's card was late or lost: in such ticks pqp solves on the processor. If this persists, choose "
             "another solver");
     if (options_.onTick) options_.onTick(tick.record);
     if (tick.session != loopSession_ || replayed_.empty()) return;

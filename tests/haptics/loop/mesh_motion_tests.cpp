@@ -124,14 +124,14 @@ TEST_CASE("mesh motion: the rate changes no rest", "[step]") {
 
 TEST_CASE("mesh motion: nothing overlaps at any rate, nor while settings change", "[step]") {
     const World world = meshWorld(blobMesh(4, 24, 13), torusMesh(6, 2, 28, 14), at(0, 0, 30));
-    const char* what = GENERATE("rate", "stiffness", "linearisations", "travel_budget", "solver", "slack", "pause",
+    const char* what = GENERATE("rate", "stiffness", "linearizations", "travel_budget", "solver", "slack", "pause",
                                 "contact_distance");
     CAPTURE(what);
     const std::vector<const char*> values = [&]() -> std::vector<const char*> {
         const std::string_view key = what;
         if (key == "rate") return {"10000", "500", "1000"};
         if (key == "stiffness") return {"5", "0.1", "1"};
-        if (key == "linearisations") return {"1", "8", "4"};
+        if (key == "linearizations") return {"1", "8", "4"};
         if (key == "travel_budget") return {"0.02", "5", "0.5"};
         if (key == "solver") return {"pqp", "active-set", "dual-active-set"};
         if (key == "slack") return {"0", "2", "0.1"};

@@ -19,11 +19,18 @@ TEST_CASE("settings: the defaults are in range and consistent, and their text eq
     CHECK(getSetting(settings, "shadow") == "pqp");
     CHECK(getSetting(settings, "margin") == "0.5");
     CHECK(getSetting(settings, "torsion") == "1000");
-    CHECK(getSetting(settings, "linearisations") == "0");
+    CHECK(getSetting(settings, "linearizations") == "0");
     CHECK(getSetting(settings, "geometry") == "mesh");
     CHECK(getSetting(settings, "paper_work") == "100000000");
     CHECK(getSetting(settings, "adaptive_margin") == "on");
     CHECK(getSetting(settings, "pause") == "off");
+}
+
+TEST_CASE("settings: a key of an earlier version sets the one of today", "[loop]") {
+    Settings settings;
+    CHECK(setSetting(settings, "linearisations", "3") == "");
+    CHECK(getSetting(settings, "linearizations") == "3");
+    CHECK_THAT(setSetting(settings, "linearisations", "1.5"), Catch::StartsWith("linearizations must be"));
 }
 
 TEST_CASE("settings: every key reads back the bits that it wrote", "[loop]") {
@@ -98,8 +105,8 @@ TEST_CASE("settings: the limits are accepted, and values beyond them are refused
 TEST_CASE("settings: error messages say what is accepted", "[loop]") {
     Settings settings;
     CHECK(setSetting(settings, "rate", "100") == "rate must be a number from 250 to 10000 Hz, not '100'");
-    CHECK(setSetting(settings, "linearisations", "1.5") ==
-          "linearisations must be a whole number from 0 to 64, not '1.5'");
+    CHECK(setSetting(settings, "linearizations", "1.5") ==
+          "linearizations must be a whole number from 0 to 64, not '1.5'");
     CHECK(setSetting(settings, "paper_work", "1e8") == "");
     CHECK(settings.paperWork == 100'000'000);
     CHECK(setSetting(settings, "pause", "maybe") == "pause must be on or off, not 'maybe'");

@@ -45,7 +45,7 @@ TEST_CASE("window: motors stop when it loses the focus, and wait until the user 
     constexpr const char* kPhantom = "phantom:,stale=500";
     WindowRunOptions options = optionsFor(holdFile(folder));
     options.session.loop.watchdogMs = 0;
-    enum { Start, Engage, Engaged, Away, Back, Anew, Done } phase = Start;
+    enum { Start, Engage, Engaged, Away, Back, Again, Done } phase = Start;
     GLFWwindow* other = nullptr;
     int frames = 0;
     options.onFrame = [&](WindowFrame& frame) {
@@ -89,9 +89,9 @@ TEST_CASE("window: motors stop when it loses the focus, and wait until the user 
                 if (frames < 30) break;
                 CHECK(engagement() == Engagement::Stopped);
                 session.engage();
-                phase = Anew;
+                phase = Again;
                 break;
-            case Anew:
+            case Again:
                 if (!isEngaged(engagement())) break;
                 phase = Done;
                 frame.window.close();

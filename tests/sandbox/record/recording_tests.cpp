@@ -101,7 +101,7 @@ std::uint64_t recordEverything(const fs::path& folder, Geometry geometry) {
     CHECK(last.wrench_C.force.norm() > 0.5);
     change("solver", "pqp");  // fades
     run(150);
-    change("linearisations", "3");
+    change("linearizations", "3");
     driver.restart();
     lift(0);
     run(400);
@@ -419,6 +419,20 @@ TEST_CASE("recording: the table has every field of a tick once, and the docs lis
     constexpr std::size_t kMembers = 41, kPoses = 2, kWrenches = 3;
     CHECK(sandbox::recordFields().size() == kMembers - 1 + kPoses * (7 - 1) + kWrenches * (6 - 1) + (4 - 1) + (6 - 1));
     CHECK_THAT(bytesOf(TOUCHSTONE_SOURCE_DIR "/docs/recording.md"), Contains(sandbox::fieldsAsMarkdown()));
+}
+
+TEST_CASE("recording: columns with the names of an earlier version are read", "[sandbox][recording]") {
+    const TempFolder folder;
+    const fs::path file = pressRecording(folder) / "ticks.npy";
+    std::string ticks = bytesOf(file);
+    for (const auto& [now, earlier] : {std::pair<std::string, std::string>{"'linearizations'", "'linearisations'"},
+                                       {"'list_worker_us'", "'helper_us'     "}}) {
+        const std::size_t at = ticks.find(now);
+        REQUIRE(at != std::string::npos);
+        ticks.replace(at, now.size(), earlier);
+    }
+    writeBytes(file, ticks);
+    CHECK(sandbox::TickFileReader(file).fields().size() == sandbox::tickFields().size());
 }
 
 TEST_CASE("recording: a broken file is refused in one sentence that names it", "[sandbox][recording]") {

@@ -10,17 +10,17 @@
 namespace touchstone {
 namespace {
 
+using sandbox::MateConstraints;
 using sandbox::MatePart;
 using sandbox::MateProposal;
-using sandbox::MateWish;
 
 constexpr double kNm = 1e-9;  // m: rounding of places of some cm
 
 std::optional<MateProposal> mate(const CadSolid& tool, const CadSolid& obstacle,
                                  const glm::dmat4& toolPlace = glm::dmat4(1),
-                                 const glm::dmat4& obstaclePlace = glm::dmat4(1), const MateWish& wish = {}) {
+                                 const glm::dmat4& obstaclePlace = glm::dmat4(1), const MateConstraints& given = {}) {
     const MatePart parts[]{{"tool", &tool.shape, toolPlace}, {"block", &obstacle.shape, obstaclePlace}};
-    return sandbox::proposeMate({parts, 1}, {parts + 1, 1}, wish);
+    return sandbox::proposeMate({parts, 1}, {parts + 1, 1}, given);
 }
 
 bool says(const std::vector<std::string>& lines, const std::string& part) {
@@ -199,23 +199,23 @@ TEST_CASE("mates: threads of one lead mate, left and right do not", "[mates]") {
     CHECK(mate(left, bolt, glm::scale(glm::dmat4(1), {-1, 1, 1})));
 }
 
-TEST_CASE("mates: what is wished is not searched", "[mates]") {
-    MateWish wish;
-    wish.out = glm::dvec3(0, 0, -1);
-    const auto below = mate(shaft(20), holed(20.01), placement({0, 0, 50}), glm::dmat4(1), wish);
+TEST_CASE("mates: what is given is not searched", "[mates]") {
+    MateConstraints given;
+    given.out = glm::dvec3(0, 0, -1);
+    const auto below = mate(shaft(20), holed(20.01), placement({0, 0, 50}), glm::dmat4(1), given);
     REQUIRE(below);
     CHECK(below->out == glm::dvec3(0, 0, -1));
-    wish = {MateWish::Tool::AtGoal, {}, 0};
-    CHECK_FALSE(mate(shaft(20), holed(20.01), placement({0, 0, 50}), glm::dmat4(1), wish));
-    wish.tool = MateWish::Tool::OnAxis;
-    CHECK_FALSE(mate(shaft(20), holed(20.01), placement({1, 0, 50}), glm::dmat4(1), wish));
-    const auto slid = mate(shaft(20), holed(20.01), placement({0, 0, 50}), glm::dmat4(1), wish);
+    given = {MateConstraints::Tool::AtGoal, {}, 0};
+    CHECK_FALSE(mate(shaft(20), holed(20.01), placement({0, 0, 50}), glm::dmat4(1), given));
+    given.tool = MateConstraints::Tool::OnAxis;
+    CHECK_FALSE(mate(shaft(20), holed(20.01), placement({1, 0, 50}), glm::dmat4(1), given));
+    const auto slid = mate(shaft(20), holed(20.01), placement({0, 0, 50}), glm::dmat4(1), given);
     REQUIRE(slid);
     CHECK(glm::length(slid->pose.translation - glm::dvec3(0, 0, -0.05)) < kNm);
     // A thread that is drawn as a cylinder in a hole of its core.
     CHECK_FALSE(mate(shaft(5), holed(4.2), placement({0, 0, 50})));
-    wish = {MateWish::Tool::Anywhere, {}, 0.8e-3};
-    const auto screwed = mate(shaft(5), holed(4.2), placement({0, 0, 50}), glm::dmat4(1), wish);
+    given = {MateConstraints::Tool::Anywhere, {}, 0.8e-3};
+    const auto screwed = mate(shaft(5), holed(4.2), placement({0, 0, 50}), glm::dmat4(1), given);
     REQUIRE(screwed);
     CHECK(screwed->lead == 0.8e-3);
     CHECK(says(screwed->doubts, "is drawn thicker than its hole"));

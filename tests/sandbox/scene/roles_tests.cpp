@@ -253,7 +253,16 @@ TEST_CASE("roles: settings of the scene have the keys of the command line, and w
     CHECK(settings.slack == 0.1);
     CHECK_FALSE(settings.adaptiveMargin);
     CHECK(settings.shadow == kNoSolver);
-    CHECK(settings.linearisations == 3);
+    CHECK(settings.linearisations == 3);  // by the key of an earlier version, which saving replaces
+    {
+        const auto roles = sandbox::assignRoles(scene);
+        Settings changed = settings;
+        changed.linearisations = 5;
+        sandbox::setSettings(scene, roles, changed);
+        const json& stored = (*scene.extras)["touchstone"]["settings"];
+        CHECK(stored.at("linearizations") == 5);
+        CHECK_FALSE(stored.contains("linearisations"));
+    }
     CHECK(settings.stiffness == 0.5);
     CHECK(with({{"stiffness", 2}}).stiffness == 2);
     CHECK_THROWS_WITH(with({{"magin", 1}}), Contains("tight.glb") && Contains("did you mean 'margin'"));

@@ -12,7 +12,7 @@ namespace {
 
 const SettingInfo& infoOf(const std::string& key) {
     for (const SettingInfo& info : settingTable())
-        if (info.key == key) return info;
+        if (info.key == settingKey(key)) return info;
     throw py::key_error("there is no setting '" + key + "'");
 }
 
@@ -72,7 +72,7 @@ out of its range raises ValueError, an unknown key KeyError.)")
         .def("__contains__",
              [](const Settings&, const std::string& key) {
                  for (const SettingInfo& info : settingTable())
-                     if (info.key == key) return true;
+                     if (info.key == settingKey(key)) return true;
                  return false;
              })
         .def("__iter__", [keys](const Settings&) { return py::iter(keys()); })

@@ -10,7 +10,7 @@ std::span<const EngineInfo> engineTable() {
         {"Bullet", TOUCHSTONE_BULLET,
          "GImpact meshes of both parts, sequential impulses, 50 iterations, double precision, swept sphere of a fifth "
          "of "
-         "the tool against tunnelling",
+         "the tool against tunneling",
          makeBullet},
 #endif
 #ifdef TOUCHSTONE_ODE
