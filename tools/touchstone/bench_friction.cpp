@@ -258,10 +258,10 @@ const CLI::App* addBenchFriction(CLI::App& bench, Action& action) {
     const auto options = std::make_shared<BenchFrictionCommand>();
     CLI::App* friction = addCommand(
         bench, "friction", "Measure the friction solvers alone, on pads of 3 and 18 contacts in 200 rows",
-        "Missing: answers of the exact solver that are not exact to rounding; of a baseline those that it\n"
+        "Missing: answers of the exact solver that are not exact to rounding, and those that a baseline\n"
         "does not find, so that the exact solver takes over. Times are thread CPU time less that of reading\n"
-        "the clock; constant: the same for a constant workload of equal duration; shortest: of each tick the\n"
-        "shortest time of three, since what the machine adds seldom meets the same tick again.\n\n"
+        "the clock; constant: the same for a constant workload of equal duration; shortest: the shortest time\n"
+        "of each tick in three passes, since the noise of the machine seldom hits the same tick twice.\n\n"
         "Example:\n  touchstone bench friction --csv friction.csv\n");
     friction->add_option("--csv", options->csv, "write the table to a CSV file");
     friction->add_flag("--quick", options->quick, "fewer ticks");

@@ -31,7 +31,7 @@ ordered_json roomJson(const sandbox::HapticScene& scene, const sandbox::FitRoom&
             {"at_mm", {room.p_W.x(), room.p_W.y(), room.p_W.z()}}};
 }
 
-/// What the meshes of CAD parts keep of the clearance that was drawn, mm.
+/// How much of the drawn clearance the meshes of CAD parts keep, mm.
 struct DrawnFit {
     double clearance = 0;  ///< between the surfaces
     double taken = 0;      ///< of it, by the meshes at the goal; below 0 if they leave more
@@ -117,9 +117,10 @@ int fit(const FitCommand& command) {
 constexpr const char* kFitFooter =
     "Measures the clearance between the meshes at the goal and on the way in, or along the demonstration where there\n"
     "is no goal: the largest that the tool finds by moving up to 1 mm (4 % of the reach of a smaller tool), and at\n"
-    "the goal within its tolerance. A goal inside an obstacle is named, with the turn or the height at which the tool\n"
-    "fits. For parts from STEP files also the clearance between their surfaces as drawn, and what tessellation took of "
-    "it. For a thread, how steeply its facets rise: where that is less than the lead, friction holds it sooner.\n\n"
+    "the goal within its tolerance. A goal inside an obstacle is reported, with the turn or the height at which the\n"
+    "tool would fit. For parts from STEP files also the clearance between their surfaces as drawn, and how much of it\n"
+    "the triangles take. For a thread, how steeply its facets rise: if that is less than the lead, friction holds it\n"
+    "sooner.\n\n"
     "Examples:\n"
     "  touchstone fit peg-h7                      0.01 mm, and what the contact distance leaves of it\n"
     "  touchstone fit spline-01 --geometry spheres  whether sphere trees are fine enough\n\n"

@@ -88,14 +88,14 @@ void addExport(CLI::App& program, Action& action) {
         "Examples:\n"
         "  touchstone export push --out push.csv                  the ticks of one recording as a table\n"
         "  touchstone export study/trial-* --hdf5 study.hdf5      demonstrations in robomimic's layout\n"
-        "  touchstone export push --mcap push.mcap                poses and wrench for Foxglove and its kin\n"
+        "  touchstone export push --mcap push.mcap                poses and wrench for Foxglove and similar programs\n"
         "  touchstone export push --hdf5 push.hdf5 --by-hash      without the scene, which verify must find\n");
     command->add_option("DIR", options->request.recordings, kRecordingHelp);
     command->add_option("--out", options->output, "CSV file (default: DIR.csv)");
     command->add_option("--hdf5", options->request.hdf5, "write all recordings to this HDF5 file instead");
     command->add_option("--mcap", options->request.mcap, "write all recordings to this MCAP file instead");
     command->add_flag("--by-hash", options->byHash,
-                      "name scenes and meshes by the hash of their content instead of carrying them in the file");
+                      "name scenes and meshes by the hash of their content instead of including them in the file");
     addRecordedScene(*command, options->request.scene);
     command->add_flag("--fields", options->fields, "print the columns and their meaning as a Markdown table, and exit");
     command->callback([options, &action] { action = [options] { return exportRecording(*options); }; });

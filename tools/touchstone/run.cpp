@@ -50,7 +50,7 @@ struct RunOptions {
     SettingsChoice settings;
     std::filesystem::path report, ticks, screenshot, pictures, dumpQp, sweep, record;  ///< empty: none
     std::string show, view;  ///< of the picture: applyShowList(), checkView()
-    std::string plots;       ///< the plots that a window shows first: time, contact, friction or trade
+    std::string plots;       ///< the plots shown when a window opens: time, contact, friction or trade
     std::optional<float> uiScale;
     std::string select;  ///< name of the node that is selected in the window at the start
 };
@@ -414,7 +414,7 @@ void addRun(CLI::App& program, Action& action) {
     CLI::App* run = addCommand(program, "run", "Run a scene: in a window, or headless with a report", kRunFooter);
     run->add_option(
         "SCENE", options->scene,
-        kSceneHelp + std::string(" (default: ") + kFirstScene + "; of a recording that is replayed, its own)");
+        kSceneHelp + std::string(" (default: ") + kFirstScene + ", or the scene of the recording that is replayed)");
     run->add_flag("--headless", options->headless,
                   "without a window, as fast as possible, in simulated time; bit-reproducible");
     run->add_flag("--paced", options->paced,
@@ -450,8 +450,7 @@ void addRun(CLI::App& program, Action& action) {
     run->add_option("--sweep", options->sweep,
                     "solve the rows of one tick with every solver over its tolerances, to a CSV file: headless the "
                     "last tick; in a window, which also plots it, the tick at three fifths of --seconds");
-    run->add_option("--plots", options->plots,
-                    "the plots that the window shows first: time, contact, friction or trade")
+    run->add_option("--plots", options->plots, "plots shown when the window opens: time, contact, friction or trade")
         ->check(CLI::IsMember({"time", "contact", "friction", "trade"}));
     addUiScale(*run, options->uiScale);
     run->add_option("--select", options->select, "name of the part that is selected in the window at the start");

@@ -337,7 +337,7 @@ void addSoak(CLI::App& program, Action& action) {
         "Run the loop for a long time, recording half of it, while scenes, devices and settings change", kSoakFooter);
     command->add_option("SCENE", options->scene, kSceneHelp)->capture_default_str();
     command->add_option("--device", options->device,
-                        "the device that moves the tool, as of `touchstone run`; one with motors is never engaged "
+                        "the device that moves the tool, as for `touchstone run`; one with motors is never engaged "
                         "(default: the demonstration, a simulated hand or the mouse, in turn)");
     command->add_option("--seconds", options->seconds, "duration")->check(within(4, 1e6, "s"))->capture_default_str();
     command->add_option("--most-growth", options->mostGrowth, "maximum growth of memory after the first quarter, MB")

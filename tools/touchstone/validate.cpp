@@ -160,7 +160,7 @@ constexpr const char* kValidateFooter =
     "keys,\n"
     "unlikely sizes, surfaces that are not closed, parts that overlap at the start or at the goal, a goal in mid-air.\n"
     "The exit code is 1 if the scene cannot be run; warnings leave it at 0.\n"
-    "For a STEP file, it lists the tree of its parts, by whose names touchstone new takes them.\n\n"
+    "For a STEP file, it lists the tree of its parts; touchstone new takes parts by these names.\n\n"
     "Examples:\n  touchstone validate part.glb\n  touchstone validate gearbox.step\n";
 
 }  // namespace

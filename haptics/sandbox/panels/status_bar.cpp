@@ -66,10 +66,9 @@ HealthItem passivityItem(const Settings& settings, const DeviceFacts& facts) {
     const double delay = dynamics ? dynamics->delay : kUsualDelay;
     const double least = leastDamping(settings.stiffness, settings.rate, delay);
     std::string law = engine::formatted(
-        "Whether the contact can buzz: it may where it gives the hand more energy than hand and device take. A contact "
-        "of "
-        "stiffness k with sample time T and a delay of d ticks is passive if the damping of device and "
-        "hand is at least k T (0.5 + d) = %g N/mm x %g ms x (0.5 + %g) = %.3g N·s/m. ",
+        "Whether the contact can buzz: it may if it gives the hand more energy than hand and device dissipate. A "
+        "contact of stiffness k with sample time T and a delay of d ticks is passive if the damping of device and hand "
+        "is at least k T (0.5 + d) = %g N/mm x %g ms x (0.5 + %g) = %.3g N·s/m. ",
         settings.stiffness, 1000 / settings.rate, delay, least);
     if (facts.scale != 1)
         law +=
