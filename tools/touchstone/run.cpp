@@ -378,7 +378,7 @@ void printSettings() {
     for (const SettingInfo& info : settingTable()) {
         std::string value = getSetting(defaults, info.key);
         if (!info.unit.empty()) value += " " + std::string(info.unit);
-        std::printf("  %-16s %-18s %s", std::string(info.key).c_str(), value.c_str(), std::string(info.help).c_str());
+        std::printf("  %-20s %-18s %s", std::string(info.key).c_str(), value.c_str(), std::string(info.help).c_str());
         if (info.max > info.min) std::printf(" (%g to %g)", info.min, info.max);
         std::printf("\n");
     }
