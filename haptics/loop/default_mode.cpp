@@ -170,7 +170,7 @@ class DefaultTick {
     int steps_ = 0, returns_ = 0;
     int pairs_ = 0;                                      ///< that the rows of this pose stand for
     int pressed_ = 0;                                    ///< steps that ended on contacts
-    int mostPressed_ = std::numeric_limits<int>::max();  ///< setting `linearisations`
+    int mostPressed_ = std::numeric_limits<int>::max();  ///< setting `linearizations`
     int work_ = 0;                                       ///< see kWork
     bool flies_ = true;                                  ///< a flight is worth a search
     /// For an answer that leads out of leaves that overlap: the part that the step is, which has to resolve only that
@@ -671,7 +671,7 @@ bool DefaultTick::run(Wrench& wrench) {
     }
     if (friction_.failed() && !friction_.hold(start, wrench)) return false;
     if (!arrived) record.flags |= kUnfinished;
-    record.linearisations = steps_;
+    record.linearizations = steps_;
     record.hover = state_.hoverAt(state_.graphic);
     if (friction_.any()) friction_.record();
     for (int k = 0; k < int(state_.lists.size()); ++k) {

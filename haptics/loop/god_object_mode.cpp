@@ -58,8 +58,8 @@ bool godObjectTick(Tick& tick, const Pose& device, Wrench& wrench) {
     const double maxTurn = std::sqrt(kTouches / s.reach);  // bends by reach turn²/2 = kKept
     const int limit = linearizationsOf(tick.settings, Geometry::Spheres);
     bool arrived = false;
-    while (!arrived && record.linearisations < limit) {
-        ++record.linearisations;
+    while (!arrived && record.linearizations < limit) {
+        ++record.linearizations;
         std::uint64_t start = tick.now();
         if (!collectTouching(tick)) return false;
         tick.addTime(record.collisionUs, start);
@@ -72,7 +72,7 @@ bool godObjectTick(Tick& tick, const Pose& device, Wrench& wrench) {
             if (solved.status == SolveStatus::Invalid) return false;
             x = solved.x;
             record.rowsScreened = std::max(record.rowsScreened, solved.rows);
-            if (record.linearisations == 1 && tick.settings.shadow != kNoSolver)
+            if (record.linearizations == 1 && tick.settings.shadow != kNoSolver)
                 tick.runShadow({tick.stiffness(), wanted, &s.rows}, solved.rendered);
         }
 

@@ -98,7 +98,7 @@ bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
     record.rows = s.rows.size();
     record.rowsTruncated = record.pairs - record.rows;
     if (record.rowsTruncated) record.flags |= kRowsTruncated;
-    record.linearisations = 1;
+    record.linearizations = 1;
 
     Vec6 dq = Vec6::Zero();
     s.contacts.clear();

@@ -34,7 +34,7 @@ bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench) {
     });
     tick.addTime(record.collisionUs, start);
     record.rows = record.pairs;
-    record.linearisations = 1;
+    record.linearizations = 1;
 
     start = tick.now();
     Vec6 x = A.selfadjointView<Eigen::Lower>().ldlt().solve(b);

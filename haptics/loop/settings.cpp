@@ -99,7 +99,7 @@ constexpr Row kRows[] = {
       "maximum linearizations in a tick while in contact; more of them follow a fast hand better, and each costs time; "
       "0: 64 between meshes, 2 between spheres",
       0, kMostLinearizations, SettingGroup::Contact, "Linearizations", 0, 16},
-     &Settings::linearisations},
+     &Settings::linearizations},
     {{"friction", "",
       "on: parts whose materials have friction stick and slip, in default mode; off: every part is frictionless", 0, 0,
       SettingGroup::Friction, "Friction"},

@@ -43,15 +43,14 @@ struct Settings {
     /// m, mm: pairs of spheres within it become rows. Measured on bodies of 100 mm; close fits use 0.4 x clearance.
     double margin = 0.5;
     /// t, mm: maximum travel of any leaf in a linearization; t <= m. It bounds the speed that the tool can follow in
-    /// contact: linearisations x trust in a tick.
+    /// contact: linearizations x trust in a tick.
     double trust = 0.5;
     double slack = 0.75;  ///< travel after which the neighbor list is rebuilt, mm; close fits use 0.1
     /// v, mm/ms: travel of the tool beyond the device's own while in contact. It bounds the force of a slip-off: a drop
     /// into a keyway had 7.2 N in one ms without the budget and 0.54 N with 0.5 mm/ms.
     double travelBudget = 0.5;
-    /// Maximum number of linearizations in a tick that begins with force; 0: linearizationsOf(). Spelled as the key in
-    /// scene files and recordings.
-    int linearisations = 0;
+    /// Maximum number of linearizations in a tick that begins with force; 0: linearizationsOf().
+    int linearizations = 0;
     bool friction = true;            ///< friction of the parts' materials, in default mode
     double frictionCoefficient = 0;  ///< µ of every pair, instead of the materials'; 0: the materials'
     double frictionScale = 1;        ///< factor on all coefficients of friction
@@ -74,7 +73,7 @@ struct Settings {
     friend bool operator==(const Settings&, const Settings&) = default;
 };
 
-/// Maximum of the setting `linearisations`, and its value between meshes, where ticks end with their work long before.
+/// Maximum of the setting `linearizations`, and its value between meshes, where ticks end with their work long before.
 inline constexpr int kMostLinearizations = 64;
 
 /// By what the tool touches in the mode of these settings: only default mode touches meshes.
@@ -85,7 +84,7 @@ inline Geometry geometryOf(const Settings& settings) {
 /// The maximum number of linearizations in a tick that begins with force. Between meshes the nearest pose is found by
 /// more steps, and each costs less.
 inline int linearizationsOf(const Settings& settings, Geometry geometry) {
-    return settings.linearisations > 0 ? settings.linearisations : geometry == Geometry::Mesh ? kMostLinearizations : 2;
+    return settings.linearizations > 0 ? settings.linearizations : geometry == Geometry::Mesh ? kMostLinearizations : 2;
 }
 
 /// Fractions of the tick period that the solvers of a live loop may use. The remaining 0.3 is for collision, the exact

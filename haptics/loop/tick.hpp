@@ -89,7 +89,7 @@ struct TickRecord {
     int rowsScreened = 0;    ///< rows that remain after screening for an approximate solver; `rows` without screening
     int screenInexact = 0;   ///< linearizations whose answer lies outside the ball in which screening is exact
     int iterations = 0;      ///< sum over the tick
-    int linearisations = 0;  ///< number of linearizations, flights included
+    int linearizations = 0;  ///< number of linearizations, flights included
     double marginUsed = 0;   ///< mm
     double projection = 0;   ///< greatest correction of an approximate answer, mm
     double hover = 0;        ///< greatest true gap over loaded contacts after the move, mm

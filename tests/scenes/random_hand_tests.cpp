@@ -56,7 +56,7 @@ double play(const sandbox::HapticScene& scene, const Plan& plan) {
         tests = std::max(tests, searches(state).spent());
         shortened += searches(state).isShortened();
         if (!bySpheres) REQUIRE(searches(state).spent() <= mostTests);
-        CAPTURE(plan.seed, plan.moving, bySpheres, tick, record.flags, record.linearisations);
+        CAPTURE(plan.seed, plan.moving, bySpheres, tick, record.flags, record.linearizations);
         REQUIRE((record.flags & (kNonFinite | kListOverflow | kOverlapping | kBadInput)) == 0);
         REQUIRE((record.X_WT.isFinite() && record.wrench_C.isFinite()));
         if (!bySpheres) REQUIRE_FALSE(meshesOverlap(world, record.X_WT, state.obstacles()));

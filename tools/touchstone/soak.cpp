@@ -188,7 +188,7 @@ class Soak {
         settings.shadow = shadow == 0 ? kNoSolver : solverTable()[shadow - 1].name;
         settings.frictionSolver = frictionSolverTable()[choose(static_cast<int>(frictionSolverTable().size()))].name;
         settings.frictionShadow = frictionSolverTable()[choose(static_cast<int>(frictionSolverTable().size()))].name;
-        settings.linearisations = 1 + choose(3);
+        settings.linearizations = 1 + choose(3);
         settings.adaptiveMargin = choose(2) == 0;
         settings.pause = choose(8) == 0;
         session_.setSettings(settings);

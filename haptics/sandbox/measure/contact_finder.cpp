@@ -153,7 +153,7 @@ void ContactFinder::repeatTick(const TickRecord& record, const Settings& setting
     Settings once = settings;
     once.solver = kExactSolver;
     once.shadow = kNoSolver;
-    once.linearisations = 1;
+    once.linearizations = 1;
     once.pause = false;
     state_->begin({.tick = record.tick, .X_WT = record.X_WT, .X_WT_device = record.X_WT_device, .loadedBefore = true},
                   X_WO_);

@@ -41,7 +41,7 @@ ErrorSplit splitError(const World& world, const Settings& settings, const MeshRe
 
     Settings patient = exact;
     patient.mode = Mode::Default;
-    patient.linearisations = kLinearizations;
+    patient.linearizations = kLinearizations;
     patient.travelBudget = 1e6;
     ErrorSplit split;
     split.X_WT_converged = once;

@@ -98,7 +98,7 @@ constexpr TickField kFields[] = {
     {"screen_inexact", [](T t) -> R { return &t.record.screenInexact; }, true,
      "linearizations whose answer left the ball in which screening is exact"},
     {"iterations", [](T t) -> R { return &t.record.iterations; }, true, "iterations of the rendering solver"},
-    {"linearizations", [](T t) -> R { return &t.record.linearisations; }, true, "linearizations in the tick"},
+    {"linearizations", [](T t) -> R { return &t.record.linearizations; }, true, "linearizations in the tick"},
     {"margin_used_mm", [](T t) -> R { return &t.record.marginUsed; }, true, "margin of the problem that was solved"},
     {"projection_mm", [](T t) -> R { return &t.record.projection; }, true,
      "greatest correction that projects an approximate answer onto the constraints"},

@@ -51,7 +51,7 @@ void walk(const Case& c, int ticks, unsigned seed) {
     int loaded = 0;
     for (int tick = 0; tick < ticks; ++tick) {
         const TickRecord record = step(world, settings, {hand.next()}, state);
-        CAPTURE(tick, record.flags, record.linearisations);
+        CAPTURE(tick, record.flags, record.linearizations);
         REQUIRE((record.flags & (kNonFinite | kListOverflow | kOverlapping | kBadInput)) == 0);
         REQUIRE_FALSE(judge.overlap(record.X_WT));
         loaded += !record.wrench_C.isZero();

@@ -76,7 +76,7 @@ TEST_CASE("god object: each new pair costs a step, so the tool falls behind wher
     const auto forces = [&](Mode mode, int steps) {
         Settings settings = godObject();
         settings.mode = mode;
-        settings.linearisations = steps;
+        settings.linearizations = steps;
         TickState state(world);
         std::vector<Vec3> all;
         for (int tick = 0; tick < 300; ++tick) {

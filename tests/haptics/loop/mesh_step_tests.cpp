@@ -105,7 +105,7 @@ TEST_CASE("mesh step: a tick ends when its next step would be too short to be fe
         for (int tick = 0; tick < 5; ++tick) rest = step(world, settings, {device}, state);
         if (pose < 20 || (first.flags & kUnfinished) != 0) continue;
         REQUIRE(first.wrench_C.force.norm() > 0.1);
-        linearizations += first.linearisations;
+        linearizations += first.linearizations;
         left.push_back((rest.X_WT.p - first.X_WT.p).norm());
     }
     REQUIRE(left.size() > 500);
@@ -123,7 +123,7 @@ TEST_CASE("mesh step: a tick ends when its rows become too many, and the next on
     TickState state(world);
     const Pose device = at(0.4, 0, 2.5, Vec3(0, 0, 0.1));
     TickRecord record = step(world, meshes(), {device}, state);
-    CAPTURE(record.rows, record.linearisations);
+    CAPTURE(record.rows, record.linearizations);
     CHECK((record.rows > 2048) == many);
     CHECK(((record.flags & kUnfinished) != 0) == many);
     for (int tick = 0; tick < 20; ++tick) record = step(world, meshes(), {device}, state);

@@ -84,7 +84,7 @@ class Stepper {
     /// `judged`: whether the judges look at the answer.
     TickRecord step(const Pose& device, bool judged) {
         const TickRecord record = touchstone::step(table_.world, settings_, {device}, state_);
-        CAPTURE(record.tick, record.flags, record.linearisations);
+        CAPTURE(record.tick, record.flags, record.linearizations);
         // A tick ends with the linearization that exceeds its sum, which may still search for its list twice.
         REQUIRE(searches(state_).spent() <= kSearchLimits.tick + 2 * kSearchLimits.list);
         REQUIRE((record.flags & (kListOverflow | kNonFinite | kOverlapping | kBadInput)) == 0);

@@ -185,7 +185,7 @@ TEST_CASE("step: a device that jumps out of contact takes the tool along, and no
     SECTION("nothing blocks the path") {
         r = step(world, settings, {at(0, 90, 0)}, state);
         REQUIRE(r.wrench_C.force.norm() < 1e-9);
-        REQUIRE(r.linearisations <= 32);
+        REQUIRE(r.linearizations <= 32);
     }
     SECTION("only a turn") {
         const Pose before = r.X_WT;
@@ -199,14 +199,14 @@ TEST_CASE("step: a device that jumps out of contact takes the tool along, and no
         const Pose before = r.X_WT;
         r = step(world, settings, {at(0, -60, 0)}, state);
         REQUIRE((r.X_WT.p - before.p).norm() <= 2 * settings.trust + 1e-9);
-        REQUIRE(r.linearisations == 2);
+        REQUIRE(r.linearizations == 2);
         REQUIRE(trueClearance(world, r.X_WT) >= -1e-3);
         REQUIRE(r.wrench_C.force.norm() > 80);
     }
     SECTION("it moves out slowly, without a jump") {
         for (int tick = 0; tick < 100; ++tick) {
             r = step(world, settings, {at(0, 28 + 0.5 * tick, 0)}, state);
-            REQUIRE(r.linearisations <= (r.wrench_C.force.isZero(0) ? 64 : 2));
+            REQUIRE(r.linearizations <= (r.wrench_C.force.isZero(0) ? 64 : 2));
         }
         REQUIRE(r.wrench_C.force.isZero(0));
     }
@@ -225,12 +225,12 @@ TEST_CASE("step: deep overlaps are solved with few rows, and the answer is that 
     for (int tick = 0; tick < 30; ++tick) {
         const Pose device = at(0.05 * tick, 30 + 0.1 * tick, 0);
         const TickRecord a = step(world, settings, {device}, few), b = step(world, all, {device}, full);
-        CAPTURE(tick, a.pairs, a.rows, b.rows, a.linearisations, a.flags, b.flags);
+        CAPTURE(tick, a.pairs, a.rows, b.rows, a.linearizations, a.flags, b.flags);
         REQUIRE(b.rowsTruncated == 0);
         REQUIRE(a.rowsTruncated == 0);
         REQUIRE(a.pairs > 4096);
         REQUIRE(a.rows < 4096);
-        REQUIRE(a.linearisations <= 10);
+        REQUIRE(a.linearizations <= 10);
         REQUIRE((a.flags & kInfeasible) != 0);
         REQUIRE((a.X_WT.p - b.X_WT.p).norm() < 1e-6);
         const double now = -trueClearance(world, a.X_WT);
@@ -304,7 +304,7 @@ TEST_CASE("step: results do not depend on the shadow, the timer, the audit or th
     Settings plain = settingsFor(geometry);
     Settings shadowed = plain, fresh = plain;
     shadowed.shadow = "pqp";
-    fresh.slack = 0.0;  // a new list for every linearisation
+    fresh.slack = 0.0;  // a new list for every linearization
     REQUIRE(hashOf(plain, {}, false) == hashOf(plain, {}, false));
     REQUIRE(hashOf(plain, {}, false) == hashOf(shadowed, clock, true));
     REQUIRE(hashOf(plain, {}, false) == hashOf(fresh, {}, false));

@@ -16,7 +16,7 @@ namespace {
 Settings meshes() {
     Settings settings;
     settings.geometry = Geometry::Mesh;
-    settings.linearisations = 4;
+    settings.linearizations = 4;
     settings.shadow = kNoSolver;
     return settings;
 }

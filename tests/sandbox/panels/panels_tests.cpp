@@ -160,7 +160,7 @@ TEST_CASE("haptics panel: no knob covers its value, and a factor keeps its decim
     bench.click("friction_coefficient", draw, 0.4f);
     CHECK(settings.frictionCoefficient == Approx(0.4).margin(0.05));
     bench.click("linearizations", draw, 0.4f);
-    CHECK(settings.linearisations == 6);
+    CHECK(settings.linearizations == 6);
 }
 
 TEST_CASE("haptics panel: a tooltip lies beside what it explains, and geometry is chosen where it has an effect",

@@ -270,10 +270,10 @@ TEST_CASE("recording: an interrupted one is readable up to the last flush, and r
     recorder.announce(0, source.scene(), "demo");
     RecordedTick tick;
     for (int row = 0; row < 300 && source.next(tick); ++row) {
-        if (row == 200) tick.settings.linearisations = 5;  // a change
+        if (row == 200) tick.settings.linearizations = 5;  // a change
         recorder.add(tick);
         if (row == 249) recorder.flush();
-        if (row >= 249) tick.settings.linearisations = 5;
+        if (row >= 249) tick.settings.linearizations = 5;
     }
     // The state that a crash now would leave.
     const fs::path left = folder.path() / "left";
@@ -412,7 +412,7 @@ TEST_CASE("recording: the table has every field of a tick once, and the docs lis
     // This does not compile if a field is added or removed: it needs a row in haptics/sandbox/record/tick_fields.cpp.
     // Only `touching` has none; the start of a recording holds it.
     [[maybe_unused]] const auto& [tick, device, tool, wrenchC, wrenchO, wrenchOut, flags, trips, status, pairs, rows,
-                                  truncated, screened, inexact, iterations, linearisations, margin, projection, hover,
+                                  truncated, screened, inexact, iterations, linearizations, margin, projection, hover,
                                   penetration, kkt, touching, sticking, sliding, slip, friction, coulomb, stage,
                                   shadowRows, shadowCut, shadowIterations, shadowStatus, forceError, torqueError,
                                   collision, solve, shadow, total, helper, period, overruns] = TickRecord{};

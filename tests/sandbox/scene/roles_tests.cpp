@@ -253,11 +253,11 @@ TEST_CASE("roles: settings of the scene have the keys of the command line, and w
     CHECK(settings.slack == 0.1);
     CHECK_FALSE(settings.adaptiveMargin);
     CHECK(settings.shadow == kNoSolver);
-    CHECK(settings.linearisations == 3);  // by the key of an earlier version, which saving replaces
+    CHECK(settings.linearizations == 3);  // by the key of an earlier version, which saving replaces
     {
         const auto roles = sandbox::assignRoles(scene);
         Settings changed = settings;
-        changed.linearisations = 5;
+        changed.linearizations = 5;
         sandbox::setSettings(scene, roles, changed);
         const json& stored = (*scene.extras)["touchstone"]["settings"];
         CHECK(stored.at("linearizations") == 5);
