@@ -327,6 +327,25 @@ TEST_CASE("program: a missing or unsuitable input is one sentence and exit code 
     CHECK_THAT(touchstone("run " + scene).err, Contains("no display") && Contains("--headless"));
 }
 
+TEST_CASE("program: a run that waits for no user ends with a sentence if the file has no roles", "[program]") {
+    const Program touchstone;
+    engine::Scene bare;
+    addBox(bare, "cube", glm::vec3(0.01f));
+    engine::updateWorldTransforms(bare);
+    engine::writeGltf(bare, touchstone.file("bare.glb"));
+    std::ofstream(touchstone.file("parts.step")) << "ISO-10303-21;";
+    const auto [file, advice] = GENERATE(table<std::string, std::string>(
+        {{"bare.glb", "no node is the tool: set extras.touchstone.role"}, {"parts.step", "touchstone new"}}));
+    for (const std::string options : {" --headless", " --headless --seconds 1", " --seconds 1"}) {
+        INFO(file + options);
+        const Answer answer = touchstone("run " + file + options, "DISPLAY=:none");
+        INFO(answer.err);
+        CHECK(answer.code == 1);
+        CHECK(isOneSentence(answer.err));
+        CHECK_THAT(answer.err, Contains(file + ": ") && Contains(advice));
+    }
+}
+
 TEST_CASE("program: help and version need no scene, and every command has its own examples", "[program]") {
     const Program touchstone;
     CHECK_THAT(touchstone("--version").out, Contains("touchstone 0."));

@@ -116,6 +116,9 @@ void checkOutputs(const RunOptions& options, const std::filesystem::path& scene)
     }
 }
 
+/// Whether a user may still choose roles in the window before anything runs.
+bool waitsForUser(const RunOptions& options) { return !options.headless && !options.seconds; }
+
 /// The scene without its trees, which take time to build: enough to find errors in the scene, the settings and the
 /// device.
 sandbox::HapticScene checkedScene(const std::filesystem::path& file, const RunOptions& options,
@@ -123,6 +126,8 @@ sandbox::HapticScene checkedScene(const std::filesystem::path& file, const RunOp
     sandbox::SceneOptions sceneOptions;
     sceneOptions.buildWorld = false;
     sandbox::HapticScene scene = sandbox::openScene(file, sceneOptions);
+    if (!waitsForUser(options) && !scene.missing.empty())
+        throw std::runtime_error(file.string() + ": " + scene.missing);
     checkedWithCommandLine(scene.settings, options.settings);
     if (const auto recording = sandbox::recordingOf(options.device))
         sandbox::Recording whole(*recording);
@@ -135,7 +140,6 @@ sandbox::HapticScene checkedScene(const std::filesystem::path& file, const RunOp
 
 sandbox::HapticScene openForRun(const std::filesystem::path& file, const RunOptions& options) {
     sandbox::HapticScene scene = checkedScene(file, options, nullptr);
-    if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
     for (const auto& [path, what] :
          {std::pair{options.report, "the report"}, std::pair{options.screenshot, "the picture"},
           std::pair{options.dumpQp, "the problems"}, std::pair{options.sweep, "the sweep"}})
@@ -358,6 +362,11 @@ int runScene(const RunOptions& options) {
         : recording            ? sceneOfRecording(*recording, {}, "put it beside the recording, or give it as SCENE")
                                : findScene(kFirstScene);
     checkOutputs(options, file);
+    if (engine::isStepFile(file) && !waitsForUser(options))
+        throw std::runtime_error(
+            file.string() +
+            ": a STEP file names no tool and no obstacle: make a scene with touchstone new, whose --tool and "
+            "--obstacle take files or the parts of one, and run that");
     if (options.headless && !options.select.empty()) throw UsageError("--select needs a window: leave out --headless");
     if (options.headless && options.uiScale) throw UsageError("--ui-scale needs a window: leave out --headless");
     if (options.headless) return runHeadless(options, file);
