@@ -86,6 +86,7 @@ struct Applier {
     Scene& scene;
 
     void operator()(const SetExtras& edit) const {
+        if (edit.node == -1) scene.extras = edit.extras;
         const Entity node = nodeAt(scene, edit.node);
         if (!node) return;
         setExtras(scene, node, *edit.extras);

@@ -24,8 +24,8 @@ Looks looksOf(const Material& material);
 
 /// Nodes are named by their glTF index, which stays the same when a scene is read again.
 struct SetExtras {
-    int node = -1;
-    JsonValue extras;  ///< in place of the node's extras; null removes them
+    int node = -1;     ///< -1: the glTF scene itself
+    JsonValue extras;  ///< in place of its extras; null removes them
     friend bool operator==(const SetExtras&, const SetExtras&) = default;
 };
 /// Changes extras that neither a shape nor a role depends on, such as the tolerance of a goal.

@@ -16,11 +16,17 @@ void scaleNumbers(nlohmann::json& value, double scale) {
         for (nlohmann::json& part : value) scaleNumbers(part, scale);
 }
 
-/// Scales what extras give in meters. Precisions, which are in millimeters, stay.
+/// Whether the extras of this key are lengths of the parts. Precisions, which are in millimeters, are none.
+bool isLength(const std::string& key) {
+    return (key.ends_with("_m") && !key.ends_with("_per_m")) || key == "translation" || key == "clearance_mm" ||
+           key == "deviation_mm";
+}
+
+/// Scales the lengths in extras.
 void scaleLengths(nlohmann::json& extras, double scale) {
     if (!extras.is_structured()) return;
     for (const auto& [key, value] : extras.items())
-        if ((key.ends_with("_m") && !key.ends_with("_per_m")) || key == "translation")
+        if (isLength(key))
             scaleNumbers(value, scale);
         else
             scaleLengths(value, scale);
@@ -36,13 +42,16 @@ bool scales(const Animation& animation, Entity node) {
 
 std::vector<SceneEdit> scaled(const Scene& scene, double scale, const char* member) {
     std::vector<SceneEdit> edits;
-    for (const Entity node : scene.nodes) {
-        const auto* marking = node ? scene.registry.find<NodeMarking>(node) : nullptr;
-        if (!marking || !marking->extras->is_object() || !marking->extras->contains(member)) continue;
-        nlohmann::json extras = *marking->extras;
+    const auto scaleExtras = [&](int node, const nlohmann::json& before) {
+        if (!before.is_object() || !before.contains(member)) return;
+        nlohmann::json extras = before;
         scaleLengths(extras[member], scale);
-        if (extras != *marking->extras) edits.push_back(SetExtras{nodeIndex(scene, node), std::move(extras)});
-    }
+        if (extras != before) edits.push_back(SetExtras{node, std::move(extras)});
+    };
+    scaleExtras(-1, *scene.extras);
+    for (const Entity node : scene.nodes)
+        if (const auto* marking = node ? scene.registry.find<NodeMarking>(node) : nullptr)
+            scaleExtras(nodeIndex(scene, node), *marking->extras);
     for (const Entity root : scene.roots) {
         const auto moves = [&](const Animation& animation) { return animates(animation, root); };
         const auto first = std::ranges::find_if(scene.animations, moves);

@@ -444,6 +444,28 @@ TEST_CASE("program: a scene in millimeters is asked about, and new scales it", "
     CHECK_THAT(answer.err, Contains("several motions"));
 }
 
+TEST_CASE("program: new scales clearances with the parts, also those under flat keys", "[program]") {
+    const Program touchstone;
+    engine::Scene scene;
+    addBox(scene, "peg", glm::vec3(1), {{"role", "tool"}, {"cad", {{"deviation_mm", 2}, {"clearance_mm", 20}}}});
+    addBox(scene, "plate", {4, 1, 4}, {{"role", "obstacle"}}, {.translation = {0, -2, 0}});
+    *scene.extras = {{"touchstone_clearance_mm", 50}};
+    engine::updateWorldTransforms(scene);
+    engine::writeGltf(scene, touchstone.file("large.glb"));
+    const Answer answer = touchstone("new --scene large.glb --scale 0.01 -o small.glb");
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    sandbox::SceneOptions options;
+    options.buildWorld = false;
+    const sandbox::HapticScene small = sandbox::openScene(touchstone.file("small.glb"), options);
+    REQUIRE(small.roles.clearance);
+    CHECK(*small.roles.clearance == Approx(0.5));
+    const auto& cad = small.scene.registry.get<sandbox::BodyMarking>(small.roles.tool).cad;
+    REQUIRE(cad);
+    CHECK(cad->deviation == Approx(0.02));
+    CHECK(cad->clearance.value() == Approx(0.2));
+}
+
 TEST_CASE("program: a scaled scene is the scene that was made in the right unit", "[program]") {
     const Program touchstone;
     // The scene of inches that were taken for millimeters, scaled as it says, and the same made with inches.

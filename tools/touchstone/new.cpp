@@ -15,6 +15,7 @@
 #include "engine/scene/text.hpp"
 #include "haptics/files/output_file.hpp"
 #include "haptics/sandbox/measure/goal_check.hpp"
+#include "haptics/sandbox/scene/flat_keys.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 #include "haptics/sandbox/session/presets.hpp"
@@ -54,6 +55,7 @@ struct NewOptions {
 int scaleScene(const NewOptions& options) {
     if (!(options.scale > 0)) throw UsageError("--scale is a positive number");
     engine::Scene scene = engine::readGltf(options.scene);
+    sandbox::nestFlatKeys(scene);
     engine::applyEdits(scene, engine::scaled(scene, options.scale, "touchstone"));
     engine::saveScene(scene, options.output);
     std::printf("%s: scaled by %g\n", options.output.string().c_str(), options.scale);
