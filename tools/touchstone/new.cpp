@@ -121,17 +121,10 @@ engine::RigidPart toolPoseOf(const NewOptions& options) {
     return pose;
 }
 
-/// Five simulated hands put the tool into its goal.
 int study(const NewOptions& options) {
     makeFolder(options.study, "the study");
-    const fs::path protocol = options.study / "study.json";
-    const nlohmann::ordered_json file{
-        {"format", "touchstone trials"},
-        {"version", 1},
-        {"participants", 5},
-        {"scene", fs::absolute(options.output).string()},
-        {"time_limit_s", 20},
-        {"conditions", nlohmann::ordered_json::array({{{"name", options.output.stem().string()}}})}};
+    const fs::path protocol = options.study / sandbox::kStudyFile;
+    const auto file = sandbox::firstStudy(fs::absolute(options.output).string(), options.output.stem().string());
     writeFile(protocol, "the protocol", file.dump(1) + "\n");
     return runStudy(protocol, options.study);
 }

@@ -51,6 +51,7 @@ class App {
     void restoreState(const std::optional<UserState>& state);
     void copyCommand();
     void toggleRecording();
+    void makeStudy(const std::filesystem::path& folder);
     bool timeIsUp();
     void frameAll(const engine::Area& picture);
     /// Runs work for the graphics driver and adds its CPU time to `drawingMs_`.

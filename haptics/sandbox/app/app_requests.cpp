@@ -1,12 +1,16 @@
 #include <imgui_internal.h>
 
 #include <ctime>
+#include <stdexcept>
 #include <utility>
 
+#include "engine/edit/scene_edit.hpp"
+#include "haptics/files/output_file.hpp"
 #include "haptics/sandbox/app/app.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/session/presets.hpp"
+#include "haptics/sandbox/trials/protocol.hpp"
 
 namespace touchstone::sandbox {
 
@@ -59,6 +63,31 @@ void App::toggleRecording() {
     session_.record(options_.recordings / (session_.request().file.stem().string() + when));
 }
 
+void App::makeStudy(const std::filesystem::path& folder) {
+    if (!session_.running() || session_.opening()) return;
+    // A copy, so that later changes of the scene leave the study as it is.
+    const std::filesystem::path protocol = folder / kStudyFile, scene = folder / session_.request().file.filename();
+    try {
+        if (!viewed_->roles.goal)
+            throw std::runtime_error(
+                "A study needs a goal: put the tool where it should end and choose \"Set goal here\"");
+        if (std::filesystem::exists(protocol))
+            throw std::runtime_error("'" + folder.string() + "' holds a study already: choose another folder");
+        std::error_code ignored;  // writing says why
+        std::filesystem::create_directories(folder, ignored);
+        engine::saveScene(viewed_->scene, scene);
+        writeFile(protocol, "the protocol",
+                  firstStudy(scene.filename().string(), scene.stem().string()).dump(1) + "\n");
+        const std::string line =
+            "touchstone trials " + shellQuoted(protocol.string()) + " --headless --out " + shellQuoted(folder.string());
+        ImGui::SetClipboardText(line.c_str());
+        session_.log().say(Message::Kind::Note,
+                           "The study is made. " + line + " runs it; the command is on the clipboard");
+    } catch (const std::exception& error) {
+        session_.log().say(Message::Kind::Error, error.what());
+    }
+}
+
 void App::carryOut() {
     PanelRequests requests = std::exchange(requests_, {});
     if (requests.leaves() && !requests.discard && !session_.newest().edits.empty()) {
@@ -76,6 +105,7 @@ void App::carryOut() {
         undo_.clear();  // its states are changes of the file as it was
         recent_.add(viewedFile_);
     }
+    if (requests.study) makeStudy(*requests.study);
     if (requests.undo && session_.opening())
         session_.cancelOpening();
     else if (requests.undo)

@@ -28,7 +28,8 @@ bool beginDialog(const char* title, bool& open) {
 namespace {
 
 constexpr const char *kReplayTitle = "Replay a motion", *kHelpTitle = "Mouse and keyboard",
-                     *kSaveTitle = "Save the scene", *kAddTitle = "Add a part", *kLeaveTitle = "Unsaved changes";
+                     *kSaveTitle = "Save the scene", *kAddTitle = "Add a part", *kLeaveTitle = "Unsaved changes",
+                     *kStudyTitle = "Make a study";
 
 /// Draws a text field for a path with two buttons below it. Returns true when the path was confirmed.
 bool drawPathInput(const char* id, PathInput& path, const char* action, engine::ItemRects* items) {
@@ -77,6 +78,17 @@ void drawAddDialog(MenuState& state, PanelRequests& requests, engine::ItemRects*
     }
     if (drawPathInput("##add path", state.addPath, "Add", items))
         requests.markings = {AddBody{state.addPath.data(), state.addRole}};
+    ImGui::EndPopup();
+}
+
+void drawStudyDialog(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
+    if (state.studyDialog)
+        std::snprintf(state.studyPath.data(), state.studyPath.size(), "%s",
+                      std::filesystem::absolute(view.file.stem().string() + "-study").c_str());
+    if (!beginDialog(kStudyTitle, state.studyDialog)) return;
+    ImGui::TextDisabled(
+        "Makes a folder with this scene and a study in which five simulated hands put the tool into its goal.");
+    if (drawPathInput("##study path", state.studyPath, "Make", items)) requests.study = state.studyPath.data();
     ImGui::EndPopup();
 }
 
@@ -214,6 +226,8 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
             engine::noteItem(items, "menu add");
             if (ImGui::MenuItem("Save ...", "Ctrl+S", false, view.hasScene)) state.saveDialog = true;
             engine::noteItem(items, "menu save");
+            if (ImGui::MenuItem("Study ...", nullptr, false, view.running)) state.studyDialog = true;
+            engine::noteItem(items, "menu study");
             if (ImGui::MenuItem(view.recording ? "Stop recording" : "Record", nullptr, false,
                                 view.running || view.recording))
                 requests.record = true;
@@ -291,6 +305,7 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
 void drawDialogs(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
     drawSaveDialog(view, state, requests, items);
     drawAddDialog(state, requests, items);
+    drawStudyDialog(view, state, requests, items);
     drawReplayDialog(state, requests, items);
     drawLeaveDialog(view, state, requests, items);
     drawHelpDialog(state, items);

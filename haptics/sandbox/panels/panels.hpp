@@ -27,9 +27,10 @@ struct PanelRequests {
     std::vector<engine::SceneEdit> edits;  ///< of the scene shown
     std::vector<Marking> markings;         ///< of the shown scene: roles, trees and friction
     std::optional<std::filesystem::path> save;
-    bool saveSettings = false;                 ///< include the settings in `save`
-    std::optional<engine::StandardView> view;  ///< new direction of the camera
-    std::string refusal;                       ///< why a typed value was rejected; empty: none was
+    bool saveSettings = false;                   ///< include the settings in `save`
+    std::optional<std::filesystem::path> study;  ///< folder of a study to make
+    std::optional<engine::StandardView> view;    ///< new direction of the camera
+    std::string refusal;                         ///< why a typed value was rejected; empty: none was
     bool reload = false, restart = false, stopOrEngage = false, cancelOpening = false, quit = false;
     bool discard = false;  ///< discard unsaved changes without asking the user
     bool frameCamera = false, frameSelection = false;
@@ -138,9 +139,9 @@ struct MenuState {
     bool panels = true;  ///< show all panels
     /// Dialogs to open in this frame; the help closes if it is open.
     bool openDialog = false, replayDialog = false, helpDialog = false, saveDialog = false, addDialog = false,
-         leaveDialog = false;
+         leaveDialog = false, studyDialog = false;
     PanelRequests leaving;  ///< requests that the "unsaved changes" dialog asks about
-    PathInput openPath{}, replayPath{}, savePath{}, addPath{};
+    PathInput openPath{}, replayPath{}, savePath{}, addPath{}, studyPath{};
     bool saveSettings = true;
     Role addRole = Role::Obstacle;
 };

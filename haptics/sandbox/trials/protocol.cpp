@@ -253,6 +253,15 @@ Protocol readProtocol(const ordered_json& source, const std::string& file) {
     return protocol;
 }
 
+ordered_json firstStudy(const std::string& scene, const std::string& condition) {
+    return {{"format", "touchstone trials"},
+            {"version", 1},
+            {"participants", 5},
+            {"scene", scene},
+            {"time_limit_s", 20},
+            {"conditions", ordered_json::array({{{"name", condition}}})}};
+}
+
 Protocol readProtocol(const std::filesystem::path& file) {
     const std::vector<std::uint8_t> bytes = engine::readBytes(file);
     ordered_json source;

@@ -57,4 +57,8 @@ struct Protocol {
 Protocol readProtocol(const std::filesystem::path& file);
 Protocol readProtocol(const nlohmann::ordered_json& source, const std::string& file);
 
+/// A study to begin with: five simulated hands put the tool of a scene file into its goal.
+nlohmann::ordered_json firstStudy(const std::string& scene, const std::string& condition);
+inline constexpr const char* kStudyFile = "study.json";
+
 }  // namespace touchstone::sandbox

@@ -12,6 +12,8 @@
 #include "engine/view/image_file.hpp"
 #include "haptics/loop/distances.hpp"
 #include "haptics/sandbox/scene/units.hpp"
+#include "haptics/sandbox/session/presets.hpp"
+#include "haptics/sandbox/trials/protocol.hpp"
 #include "tests/support/fake_hd/fake_hd_device.hpp"
 #include "tests/support/ui_scene.hpp"
 #include "tests/support/ui_text.hpp"
@@ -602,6 +604,49 @@ TEST_CASE("window: closing with unsaved changes asks first", "[ui]") {
         .then([](WindowFrame&, int frames) { return frames > 100; });
     CHECK_FALSE(user.use(optionsFor(holdFile(folder))));  // it closed before its time limit
     CHECK(asked);
+}
+
+TEST_CASE("window: the menu makes a study of the open scene, once it has a goal", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    const auto file = holdFile(folder), study = folder.path() / "hold-study";
+    const std::filesystem::path before = std::filesystem::current_path();
+    std::filesystem::current_path(folder.path());  // where the dialog proposes the study
+    const auto newest = [](WindowFrame& frame) { return frame.session.log().messages().back(); };
+    const auto says = [&](Message::Kind kind, const char* words) {
+        return [=](WindowFrame& frame) {
+            return newest(frame).kind == kind && newest(frame).text.find(words) != std::string::npos;
+        };
+    };
+    User user;
+    user.until(isAtRest)
+        .click("menu scene")
+        .click("menu study")
+        .click("Make")
+        .until(says(Message::Kind::Error, "A study needs a goal"))
+        .click("set goal")
+        .until([](WindowFrame& frame) { return frame.session.scene()->roles.goal.has_value(); })
+        .click("menu scene")
+        .click("menu study")
+        .click("Make")
+        .until(says(Message::Kind::Note, "touchstone trials"))
+        .doing([&](WindowFrame& frame) {
+            CHECK_THAT(newest(frame).text, Catch::Contains(shellQuoted((study / kStudyFile).string()) +
+                                                           " --headless --out " + shellQuoted(study.string()) + " "));
+            CHECK(editsOf(frame) == 1);  // the goal is still to be saved
+        })
+        .click("menu scene")
+        .click("menu study")
+        .click("Make")
+        .until(says(Message::Kind::Error, "holds a study already"));
+    const bool used = user.use(optionsFor(file));
+    std::filesystem::current_path(before);
+    REQUIRE(used);
+    const Protocol protocol = readProtocol(study / kStudyFile);
+    CHECK(protocol.trials().size() == 5);
+    REQUIRE(protocol.conditions.size() == 1);
+    CHECK(openScene(study / protocol.conditions[0].scene).roles.goal);
+    CHECK_FALSE(openScene(file).roles.goal);
 }
 
 TEST_CASE("window: dragging the tolerance while PQP renders changes its error", "[ui]") {

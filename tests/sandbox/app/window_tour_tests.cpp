@@ -109,6 +109,7 @@ TEST_CASE("window tour: panels, menus and dialogs", "[ui][long]") {
     tour.tap(GLFW_KEY_F1).key(GLFW_KEY_O, true), tour.look("dialog-open");
     tour.tap(GLFW_KEY_ESCAPE).key(GLFW_KEY_S, true), tour.look("dialog-save");
     tour.tap(GLFW_KEY_ESCAPE).click("menu scene").click("menu add"), tour.look("dialog-add");
+    tour.tap(GLFW_KEY_ESCAPE).click("menu scene").click("menu study"), tour.look("dialog-study");
     tour.tap(GLFW_KEY_ESCAPE).click("menu device").click("device replay"), tour.look("dialog-replay");
     tour.tap(GLFW_KEY_ESCAPE).wheel(inSettings, -200).click("more").wheel(inSettings, -200);
     tour.aside().look("settings-more");
