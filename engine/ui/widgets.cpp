@@ -17,8 +17,10 @@ void noteItem(ItemRects* rects, std::string_view name) {
 
 bool drawSlider(const Slider& slider, double& value, ItemRects* rects, std::string_view name) {
     ImGui::PushID(slider.label);
-    ImGui::TextUnformatted(slider.label);
-    tooltip(slider.help);
+    if (!std::string_view(slider.label).starts_with("##")) {
+        ImGui::TextUnformatted(slider.label);
+        tooltip(slider.help);
+    }
     std::array<char, 64> text{};
     std::snprintf(text.data(), text.size(), slider.format, value);
     ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(text.data()).x);

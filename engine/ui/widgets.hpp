@@ -15,7 +15,7 @@ using ItemRects = std::map<std::string, glm::vec4>;
 void noteItem(ItemRects* rects, std::string_view name);
 
 struct Slider {
-    const char* label;
+    const char* label;            ///< not drawn if it begins with ##: what was drawn before in the line is the label
     const char* help;             ///< tooltip
     double low = 0, high = 1;     ///< range of the knob
     const char* format = "%.3g";  ///< of the value with its unit, or the text to show instead

@@ -10,6 +10,7 @@ namespace {
 
 struct Letter {
     ImRect box, shown;  // shown: the part inside the clip rectangle
+    char text = '?';    // of ASCII
     bool cut = false, halved = false;
 };
 
@@ -48,6 +49,7 @@ std::vector<Letter> lettersOf(const ImDrawList& list) {
             letter.cut = part(letter.shown.GetWidth(), letter.box.GetWidth(), b.uv.x - a.uv.x, glyph->U1 - glyph->U0);
             letter.halved =
                 part(letter.shown.GetHeight(), letter.box.GetHeight(), b.uv.y - a.uv.y, glyph->V1 - glyph->V0);
+            if (glyph->Codepoint < 128) letter.text = static_cast<char>(glyph->Codepoint);
             letters.push_back(letter);
         }
     return letters;
@@ -79,6 +81,17 @@ TextFaults textFaults(const std::string& window) {
         }
     }
     return faults;
+}
+
+std::string shownText(const std::string& window) {
+    std::string text;
+    const ImDrawData* data = ImGui::GetDrawData();
+    for (int i = 0; data && i < data->CmdListsCount; ++i) {
+        const ImDrawList& list = *data->CmdLists[i];
+        if (!list._OwnerName || std::string(list._OwnerName).find(window) == std::string::npos) continue;
+        for (const Letter& letter : lettersOf(list)) text += letter.text;
+    }
+    return text;
 }
 
 int lettersIn(const glm::vec4& area) {

@@ -16,6 +16,10 @@ struct TextFaults {
 /// `window`: only windows whose name contains it.
 TextFaults textFaults(const std::string& window = {});
 
+/// The text of the last frame in windows whose name contains `window`, in the order of drawing and without spaces. "?"
+/// stands for letters outside ASCII.
+std::string shownText(const std::string& window);
+
 /// Number of letters drawn inside a rectangle (x, y, x + width, y + height).
 int lettersIn(const glm::vec4& area);
 

@@ -117,8 +117,8 @@ void App::handleKeys() {
         if (pressed(GLFW_KEY_O)) menu_.openDialog = true;
         if (pressed(GLFW_KEY_S)) menu_.saveDialog = viewed_ != nullptr;
         if (pressed(GLFW_KEY_Q)) requests_.quit = true;
-        if (pressed(GLFW_KEY_Z)) (io.KeyShift ? requests_.redo : requests_.undo) = true;
-        if (pressed(GLFW_KEY_Y)) requests_.redo = true;
+        if (pressed(GLFW_KEY_Z) && !options_.study) (io.KeyShift ? requests_.redo : requests_.undo) = true;
+        if (pressed(GLFW_KEY_Y) && !options_.study) requests_.redo = true;
         if (io.KeyShift && pressed(GLFW_KEY_C)) requests_.copyCommand = true;
         return;
     }
@@ -130,7 +130,7 @@ void App::handleKeys() {
     if (pressed(GLFW_KEY_A) || pressed(GLFW_KEY_HOME)) requests_.frameCamera = true;
     if (pressed(GLFW_KEY_E)) inspector_.ownAxes = !inspector_.ownAxes;
     if (pressed(GLFW_KEY_H)) menu_.panels = !menu_.panels;
-    if (pressed(GLFW_KEY_S)) session_.setSettings(withSolversSwapped(session_.settings()));
+    if (pressed(GLFW_KEY_S) && !options_.study) session_.setSettings(withSolversSwapped(session_.settings()));
     for (const DisplaySwitch& which : displaySwitches())
         if (pressed(which.key)) turn(display_, which, !isOn(display_, which));  // GLFW's keys are capital letters
     if (pressed(GLFW_KEY_SPACE)) requests_.stopOrEngage = true;

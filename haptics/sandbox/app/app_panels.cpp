@@ -41,8 +41,8 @@ void App::drawPanels(const engine::Layout& layout) {
                         .hasScene = viewed_ != nullptr,
                         .hasDemonstration = viewed_ && viewed_->demonstration,
                         .hasSelection = bool(selection_.node()),
-                        .canUndo = undo_.canUndo(),
-                        .canRedo = undo_.canRedo(),
+                        .canUndo = !options_.study && undo_.canUndo(),
+                        .canRedo = !options_.study && undo_.canRedo(),
                         .recording = session_.recording().recorder() != nullptr,
                         .folded = sizes_.folded};
     const bool wasOpen = menu_.openDialog;

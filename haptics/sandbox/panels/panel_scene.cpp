@@ -141,6 +141,9 @@ void drawLevel(const char* text, const SphereTree* tree, int& level, engine::Ite
 }
 
 void drawDisplay(const HapticScene& scene, bool spheres, DisplayOptions& display, engine::ItemRects* items) {
+    // Low, so that the list of parts has room.
+    ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {2, 1});
+    ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 3});
     float width = 0;  // of a column
     for (const DisplaySwitch& which : displaySwitches()) width = std::max(width, ImGui::CalcTextSize(which.title).x);
     const ImGuiStyle& style = ImGui::GetStyle();
@@ -157,19 +160,17 @@ void drawDisplay(const HapticScene& scene, bool spheres, DisplayOptions& display
         engine::noteItem(items, which.title);
         engine::tooltip(std::string(which.help) + " Key " + which.key + ".");
     }
+    ImGui::PopStyleVar(2);
     if (!scene.world) return;
     if (display.section) {
-        ImGui::AlignTextToFramePadding();
-        ImGui::TextUnformatted("Section");
-        ImGui::SameLine(8.5f * ImGui::GetFontSize());
-        ImGui::SetNextItemWidth(-1);
+        ImGui::SetNextItemWidth(9 * ImGui::GetFontSize());
         int axis = display.sectionAxis + 1;
         if (ImGui::Combo("##axis", &axis, "facing you\0normal to x\0normal to y\0normal to z\0"))
             display.sectionAxis = axis - 1;
         engine::noteItem(items, "section axis");
         engine::tooltip("Orientation of the section plane.");
         const double most = scene.world->reach();
-        engine::drawSlider({.label = "Section offset",
+        engine::drawSlider({.label = "##section offset",
                             .help = "Distance of the section plane from the contacts, mm toward you.",
                             .low = -most,
                             .high = most,

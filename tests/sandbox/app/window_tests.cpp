@@ -2,6 +2,7 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
+#include <imgui_internal.h>
 
 #include <catch2/catch.hpp>
 #include <cstdio>
@@ -135,6 +136,45 @@ TEST_CASE("window: dragging the stiffness slider reaches the loop, and the force
     const engine::Image picture = engine::readPng(options.screenshot);
     CHECK(picture.width >= 1280);
     CHECK(picture.height >= 800);
+}
+
+TEST_CASE("window: a hint says what to do when the motion has ended", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    const auto hint = [](WindowFrame&) {
+        return shownText("##Background").find("Themotionhasended:Rrunsitagain,ordragthetool.") != std::string::npos;
+    };
+    User user;
+    user.until(isAtRest)
+        .until(hint)
+        .key(GLFW_KEY_R)
+        .until([&](WindowFrame& frame) { return !hint(frame); })
+        .until(hint);
+    CHECK(user.use(optionsFor(holdFile(folder))));
+}
+
+TEST_CASE("window: no key changes the settings of a study", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.study = true;
+    Settings set;
+    const auto isSet = [&](WindowFrame& frame) { return frame.session.settings() == set; };
+    User user;
+    user.until(isAtRest)
+        .doing([&](WindowFrame& frame) {
+            set = frame.session.settings();
+            set.stiffness = 0.7;
+            frame.session.setSettings(set);
+            REQUIRE(withSolversSwapped(set) != set);
+        })
+        .key(GLFW_KEY_S)
+        .doing([&](WindowFrame& frame) { CHECK(isSet(frame)); })
+        .key(GLFW_KEY_Z, true)
+        .doing([&](WindowFrame& frame) { CHECK(isSet(frame)); })
+        .key(GLFW_KEY_Y, true)
+        .doing([&](WindowFrame& frame) { CHECK(isSet(frame)); });
+    CHECK(user.use(options));
 }
 
 TEST_CASE("window: dragging the tool with the mouse moves it", "[ui]") {
@@ -275,6 +315,10 @@ TEST_CASE("window: no text of the panels is cut off or covered at 1280 x 800", "
                 CHECK(faults.covered == std::vector<std::string>());
             });
     }
+    user.doing([](WindowFrame& frame) {
+        CHECK(frame.display.section);
+        CHECK(ImGui::FindWindowByName("Scene")->ScrollMax.y == 0);  // all switches are in view
+    });
     CHECK(user.use(options));
 }
 
