@@ -601,6 +601,43 @@ TEST_CASE("plots panel: a longer number moves the plots at most once", "[panels]
     CHECK(placeAfter(0.00123456f) == wide);
 }
 
+TEST_CASE("plots panel: the names of a histogram's levels do not cover each other", "[panels]") {
+    const float us = GENERATE(0.05f, 10.f, 20000.f);  // beyond the axis, on it, and beyond it
+    CAPTURE(us);
+    Bench bench;
+    TickHistory history;
+    const Settings settings;
+    PlotsPanelState state;
+    PlotsRequests asked;
+    TickRecord record;
+    record.totalUs = us;  // all levels are here
+    for (int i = 0; i < 5000; ++i) history.push(record);
+    ImGui::GetIO().MousePos = {-100, -100};
+    for (int i = 0; i < 3; ++i)
+        bench.frame([&] { drawPlotsPanel({history, settings, {}, {}, "", false}, state, asked, &bench.items); });
+    CHECK_THAT(shownText("bench"), Catch::Contains("p50p99max"));
+    const TextFaults faults = textFaults();
+    CHECK(faults.covered == std::vector<std::string>());
+    CHECK(faults.cut == std::vector<std::string>());
+}
+
+TEST_CASE("plots panel: the mark of the tolerance names its solver", "[panels]") {
+    Bench bench;
+    TickHistory history;
+    Settings settings;
+    settings.tolerance = 0.1;
+    Sweep sweep;
+    sweep.points = {{.solver = kExactSolver, .us = 1, .onFront = true},
+                    {.solver = "pqp", .tolerance = 0.1, .us = 2, .forceError = 0.25},
+                    {.solver = "pqp", .tolerance = 0.001, .us = 8, .forceError = 1e-3}};
+    PlotsPanelState state;
+    PlotsRequests asked;
+    state.bring = PlotsTab::Trade;
+    const auto draw = [&] { drawPlotsPanel({history, settings, &sweep, {}, "", false}, state, asked, &bench.items); };
+    for (int i = 0; i < 3; ++i) bench.frame(draw);
+    CHECK_THAT(shownText("bench"), Catch::Contains("pqpatitstolerance:2") && Catch::Contains("0.25N"));
+}
+
 TEST_CASE("plots panel: holds, zooms, looks back, and requests exports and sweeps", "[panels]") {
     Bench bench;
     TickHistory history;

@@ -17,7 +17,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// Two trials with the given device, and their window.
+/// Trials with the given device, and their window.
 struct Study {
     TempFolder folder;
     std::filesystem::path file = folder.path() / "down.glb";
@@ -28,9 +28,9 @@ struct Study {
     bool felt = false;  // a force, in the trial that runs
     User user;
 
-    explicit Study(const std::string& device)
+    explicit Study(const std::string& device, int trials = 2)
         : protocol(readProtocol(ordered_json{{"format", "touchstone trials"},
-                                             {"participants", 2},
+                                             {"participants", trials},
                                              {"device", device},
                                              {"conditions", {{{"scene", file.string()}, {"stiffness", 0.7}}}}},
                                 "study")),
@@ -120,6 +120,27 @@ TEST_CASE("window: trials start, end, can be aborted, and are recorded", "[ui]")
         CHECK(isRecording(study.recording(number)));
     }
     CHECK(study.rows[1].size() == study.rows[2].size());
+}
+
+TEST_CASE("window: the panel of a study lists the trials to come, and counts those that it does not list", "[ui]") {
+    if (!hasDisplay()) return;
+    const int trials = GENERATE(4, 6);
+    CAPTURE(trials);
+    Study study("insert", trials);
+    std::string text;
+    study.user.until([&](WindowFrame& frame) { return study.live.ready(frame.session); });
+    study.user.then([](WindowFrame&, int frames) { return frames > 2; });
+    study.user.doing([&](WindowFrame&) { text = shownText("Trials"); });
+    REQUIRE(study.user.use(study.window()));
+    INFO(text);
+    const std::string list = text.substr(std::min(text.find("Then:"), text.size()));
+    std::size_t at = 0;
+    for (const char* trial : {"2:", "3:", "4:"}) {
+        at = list.find(trial, at);
+        CHECK(at != std::string::npos);
+    }
+    CHECK(list.find("5:") == std::string::npos);
+    CHECK((list.find("and2more") != std::string::npos) == (trials == 6));
 }
 
 TEST_CASE("window: Start returns a tool that was dragged away and holds it at the start", "[ui]") {
