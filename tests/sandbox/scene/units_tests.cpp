@@ -3,6 +3,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
+#include "haptics/sandbox/scene/role.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
 namespace touchstone::units_tests {
@@ -30,6 +31,19 @@ TEST_CASE("units: a pose and its matrix map a point to the same place", "[sandbo
         CHECK((back.p - pose.p).norm() < 1e-11);
         CHECK(std::abs(back.q.dot(pose.q)) == Approx(1).epsilon(1e-12));
     }
+}
+
+TEST_CASE("units: a matrix in the unit of a file has zeros where a quarter turn has them", "[sandbox]") {
+    const double quarter = std::acos(0.0);  // whose cosine is 6e-17
+    const Pose turned{Vec3(25.4, 0, 1e-14), Quat(Eigen::AngleAxisd(quarter, Vec3::UnitZ()))};
+    sandbox::FileFrame inch;
+    inch.unit = 0.0254;
+    const auto rows = sandbox::matrixInFile(inch, turned);
+    for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t j = 0; j < 4; ++j) {
+            constexpr double kWanted[4][4]{{0, -1, 0, 1}, {1, 0, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+            CHECK(rows[i][j] == Approx(kWanted[i][j]).margin(0));
+        }
 }
 
 TEST_CASE("units: a pose contains no scale or mirroring", "[sandbox]") {
