@@ -2,6 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "haptics/loop/distances.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 #include "tests/program/program.hpp"
@@ -118,6 +119,52 @@ TEST_CASE("step: facets take from a clearance less than a tenth of it", "[progra
 TEST_CASE("step: with --keep-clearance facets take nothing from it", "[program]") {
     if (!readsStep()) return;
     checkFit("--keep-clearance", 0);
+}
+
+TEST_CASE("step: a ball keeps its clearance in a socket, and both are closed", "[program]") {
+    if (!readsStep()) return;
+    const bool kept = GENERATE(false, true);
+    CAPTURE(kept);
+    const Program touchstone;
+    draw(touchstone, "ball", "ball.step", "diameter=19.98");
+    draw(touchstone, "socket", "socket.step", "diameter=20");
+    const Answer made =
+        touchstone("new --tool ball.step --obstacle socket.step --up z --assembled --no-mate -o fit.glb" +
+                   std::string(kept ? " --keep-clearance" : ""));
+    INFO(made.out << made.err);
+    REQUIRE(made.code == 0);
+    CHECK_THAT(made.out, Contains("clearance 10 µm between the surfaces"));
+    const sandbox::HapticScene scene = open(touchstone.file("fit.glb"));
+    CHECK(scene.defects == std::vector<std::string>(2));
+    // Triangles deviate by up to a tenth of the clearance, and single precision of coordinates of 20 mm by 1 nm.
+    const double clearance = trueClearance(*scene.world, scene.roles.goal->X_WT), drawn = 0.01, rounding = 2e-5;
+    CHECK(clearance > drawn - (kept ? 0 : 0.1 * drawn) - rounding);
+    CHECK(clearance < drawn + 0.2 * drawn + rounding);
+}
+
+TEST_CASE("step: spheres and tori have points on lines and rows, in no more triangles than these need", "[program]") {
+    if (!readsStep()) return;
+    const Program touchstone;
+    draw(touchstone, "ball", "ball.step", "diameter=20 rod=0");
+    draw(touchstone, "ring", "ring.step", "diameter=40 wire=8");
+    draw(touchstone, "grooved-shaft", "shaft.step", "diameter=40 wire=8");
+    const Answer made = touchstone(
+        "new --tool ball.step --obstacle ring.step --obstacle shaft.step --deviation 0.01mm --no-mate -o a.glb");
+    INFO(made.out << made.err);
+    REQUIRE(made.code == 0);
+    // Chords of each of both directions deviate by half of what triangles may; counts of shafts are odd, and no
+    // multiple of 3.
+    const auto chords = [](double radius) { return std::ceil(std::acos(-1.0) / std::acos(1 - 0.005 / radius)); };
+    const auto facets = [&](double radius) {
+        int count = int(chords(radius));
+        while (count % 2 == 0 || count % 3 == 0) ++count;
+        return count;
+    };
+    // Half as many rows as there are chords in a turn, of which those at the poles have one triangle for each line.
+    const int ball = 2 * facets(10) * (int(std::ceil(chords(10) / 2)) - 1), ring = 2 * facets(24) * int(chords(4));
+    CHECK_THAT(made.out, Contains(", " + std::to_string(ball) + " triangles within ") &&
+                             Contains(", " + std::to_string(ring) + " triangles within "));
+    CHECK(open(touchstone.file("a.glb")).defects == std::vector<std::string>(3));
 }
 
 TEST_CASE("step: a bolt and a nut keep the clearance that was drawn, and are closed", "[program]") {

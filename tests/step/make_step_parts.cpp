@@ -128,6 +128,10 @@ TopoDS_Shape single(const std::string& name, Request& request) {
     if (name == "spline-hub")
         return splineHub(request.get("diameter", 20), request.get("length", 25), int(request.get("keys", 6)),
                          request.get("clearance", 0.04));
+    if (name == "ball") return ball(request.get("diameter", 19.98), request.get("rod", 6));
+    if (name == "socket") return ballSocket(request.get("diameter", 20));
+    if (name == "ring") return wireRing(request.get("diameter", 40), request.get("wire", 8));
+    if (name == "grooved-shaft") return groovedShaft(request.get("diameter", 40), request.get("wire", 8));
     if (name == "bayonet-plug") return bayonetPlug(request.get("diameter", 20));
     if (name == "bayonet-socket") return bayonetSocket(request.get("diameter", 20), request.get("clearance", 0.1));
     if (name == "gear" || name == "gear-mate") {

@@ -1,4 +1,5 @@
 // Triangles within slabs, of areas that are drawn by hand.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
@@ -14,15 +15,26 @@ namespace {
 
 using Triangles = std::vector<std::array<int, 3>>;
 
-/// Adds a closed line, with a node wherever it crosses a line between slabs.
+/// Adds a closed line, with a node wherever it crosses a line between slabs, or a row.
 void add(SlabArea& area, const std::vector<SlabNode>& corners) {
     const int first = int(area.nodes.size());
     for (std::size_t i = 0; i < corners.size(); ++i) {
         const SlabNode &a = corners[i], &b = corners[(i + 1) % corners.size()];
+        std::map<double, SlabNode> between;  // by the part of the way
+        const auto cross = [&](double SlabNode::*across, double SlabNode::*along) {
+            for (double line = std::floor(std::min(a.*across, b.*across)) + 1; line < std::max(a.*across, b.*across);
+                 ++line) {
+                const double part = (line - a.*across) / (b.*across - a.*across);
+                SlabNode node;
+                node.*across = line;
+                node.*along = a.*along + part * (b.*along - a.*along);
+                between.emplace(part, node);
+            }
+        };
+        cross(&SlabNode::s, &SlabNode::v);
+        if (area.rows) cross(&SlabNode::v, &SlabNode::s);
         area.nodes.push_back(a);
-        const double step = b.s > a.s ? 1 : -1;
-        for (double line = step > 0 ? std::floor(a.s) + 1 : std::ceil(a.s) - 1; (b.s - line) * step > 0; line += step)
-            area.nodes.push_back({line, a.v + (line - a.s) / (b.s - a.s) * (b.v - a.v)});
+        for (const auto& [part, node] : between) area.nodes.push_back(node);
     }
     const int count = int(area.nodes.size()) - first;
     for (int i = 0; i < count; ++i) area.chords.push_back({first + i, first + (i + 1) % count});
@@ -33,7 +45,8 @@ double sizeOf(const SlabArea& area, const std::array<int, 3>& t) {
     return ((at(1).s - at(0).s) * (at(2).v - at(0).v) - (at(2).s - at(0).s) * (at(1).v - at(0).v)) / 2;
 }
 
-/// Checks that the triangles fill the area once, keep to slabs, and meet along whole edges; returns their number.
+/// Checks that the triangles fill the area once, keep to slabs and rows, and meet along whole edges; returns their
+/// number.
 int check(const SlabArea& area, double size) {
     Triangles triangles;
     REQUIRE(area.triangulate(triangles));
@@ -42,13 +55,14 @@ int check(const SlabArea& area, double size) {
     for (const auto& t : triangles) {
         CHECK(sizeOf(area, t) >= 0);
         sum += sizeOf(area, t);
-        double low = HUGE_VAL, high = -HUGE_VAL;
-        for (std::size_t k = 0; k < 3; ++k) {
-            low = std::min(low, area.nodes[std::size_t(t[k])].s);
-            high = std::max(high, area.nodes[std::size_t(t[k])].s);
-            ++edges[{t[k], t[(k + 1) % 3]}];
-        }
-        CHECK(high <= std::floor(low) + 1);
+        for (std::size_t k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
+        const auto isWithinOne = [&](double SlabNode::*across) {
+            const double at[]{area.nodes[std::size_t(t[0])].*across, area.nodes[std::size_t(t[1])].*across,
+                              area.nodes[std::size_t(t[2])].*across};
+            return std::ranges::max(at) <= std::floor(std::ranges::min(at)) + 1;
+        };
+        CHECK(isWithinOne(&SlabNode::s));
+        if (area.rows) CHECK(isWithinOne(&SlabNode::v));
     }
     CHECK(sum == Approx(size));
     for (const auto& chord : area.chords)
@@ -87,6 +101,36 @@ TEST_CASE("polygons: an area with waists and dents", "[cad]") {
     SlabArea area;
     add(area, {{0, 0}, {2.5, 1.5}, {5, 0}, {4.2, 2}, {5, 4}, {2.5, 2.5}, {0, 4}, {0.8, 2}});
     check(area, 20 - 2 * 3.75 - 2 * 1.6);
+}
+
+TEST_CASE("polygons: a rectangle with rows has two triangles for each of its cells", "[cad]") {
+    SlabArea area;
+    area.rows = true;
+    add(area, {{0, 0}, {7, 0}, {7, 3}, {0, 3}});
+    area.addCrossings();
+    CHECK(area.nodes.size() == 8 * 4);
+    CHECK(check(area, 21) == 2 * 21);
+}
+
+TEST_CASE("polygons: rows in an area with dents, and holes across and within cells", "[cad]") {
+    SlabArea area;
+    area.rows = true;
+    add(area, {{0, 0.5}, {2.5, 1.5}, {5.2, 0}, {4.2, 2}, {5, 4}, {2.5, 3.25}, {0, 4}, {0.75, 2}});
+    add(area, {{1.5, 1.75}, {1.5, 2.5}, {3.5, 2.25}});
+    add(area, {{4.25, 3.3}, {4.25, 3.6}, {4.5, 3.6}, {4.5, 3.3}});
+    double size = -0.25 * 0.3;
+    const auto twice = [](std::initializer_list<SlabNode> corners) {
+        double sum = 0;
+        for (auto a = corners.begin(); a != corners.end(); ++a) {
+            const SlabNode& b = a + 1 == corners.end() ? *corners.begin() : *(a + 1);
+            sum += a->s * b.v - b.s * a->v;
+        }
+        return sum;
+    };
+    size += twice({{0, 0.5}, {2.5, 1.5}, {5.2, 0}, {4.2, 2}, {5, 4}, {2.5, 3.25}, {0, 4}, {0.75, 2}}) / 2;
+    size += twice({{1.5, 1.75}, {1.5, 2.5}, {3.5, 2.25}}) / 2;
+    area.addCrossings();
+    check(area, size);
 }
 
 TEST_CASE("polygons: chords that enclose nothing are refused", "[cad]") {

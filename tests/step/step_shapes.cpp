@@ -11,6 +11,8 @@
 #include <BRepPrimAPI_MakeCylinder.hxx>
 #include <BRepPrimAPI_MakePrism.hxx>
 #include <BRepPrimAPI_MakeRevol.hxx>
+#include <BRepPrimAPI_MakeSphere.hxx>
+#include <BRepPrimAPI_MakeTorus.hxx>
 #include <GC_MakeArcOfCircle.hxx>
 #include <GeomAPI_Interpolate.hxx>
 #include <ShapeUpgrade_UnifySameDomain.hxx>
@@ -200,6 +202,22 @@ TopoDS_Shape holedHousing(double hole, double depth, double pitch) {
     for (const double x : {-pitch, 0.0, pitch})
         for (const double y : {-pitch / 2, pitch / 2}) made = cut(made, cylinder(hole / 2, -depth, 1, x, y));
     return made;
+}
+
+TopoDS_Shape ball(double diameter, double rod) {
+    const TopoDS_Shape whole = BRepPrimAPI_MakeSphere(diameter / 2).Shape();
+    return rod > 0 ? fuse(whole, cylinder(rod / 2, 0, 1.5 * diameter)) : whole;
+}
+
+TopoDS_Shape ballSocket(double diameter) {
+    return cut(box(-diameter, -diameter, -diameter, diameter, diameter, 0),
+               BRepPrimAPI_MakeSphere(diameter / 2).Shape());
+}
+
+TopoDS_Shape wireRing(double diameter, double wire) { return BRepPrimAPI_MakeTorus(diameter / 2, wire / 2).Shape(); }
+
+TopoDS_Shape groovedShaft(double diameter, double wire) {
+    return cut(cylinder(diameter / 2, -diameter, diameter), wireRing(diameter, wire));
 }
 
 TopoDS_Shape bracket() {

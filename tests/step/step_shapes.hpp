@@ -26,6 +26,13 @@ TopoDS_Shape gearPins(double distance, double width, double pin);
 TopoDS_Shape plainScrew(double diameter, double length);
 /// A box below z = 0 with two rows of three holes, `pitch` apart.
 TopoDS_Shape holedHousing(double hole, double depth, double pitch);
+/// A ball about the origin, on a rod along +z if `rod`, its diameter, is above 0; and a block with a hollow half of a
+/// ball, whose top is the plane through its center.
+TopoDS_Shape ball(double diameter, double rod);
+TopoDS_Shape ballSocket(double diameter);
+/// A ring of round wire about z, and a shaft about z with a groove for it at z = 0.
+TopoDS_Shape wireRing(double diameter, double wire);
+TopoDS_Shape groovedShaft(double diameter, double wire);
 /// A plate that has no plane of symmetry, with a hole.
 TopoDS_Shape bracket();
 

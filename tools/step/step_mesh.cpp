@@ -189,34 +189,43 @@ Gathered meshOf(const TopoDS_Shape& solids, const std::vector<TopoDS_Face>& face
 
 /// The deviation at which the shape has no more triangles than the limit, if a mesh with another deviation has these.
 double withinLimit(double asked, double deviation, const Gathered& mesh, const std::vector<CadFace>& faces) {
-    double flat = 0, single = 0, both = 0;  // triangles of surfaces that bend in no, one or both directions
+    // Triangles of surfaces that bend in no, one or both directions, and of those that are left to Open Cascade.
+    double flat = 0, single = 0, both = 0, byOcct = 0;
     for (std::size_t i = 0; i < faces.size(); ++i)
-        (faces[i].surface == CadSurface::Plane ? flat : faces[i].facets > 0 ? single : both) += mesh.counts[i];
+        (faces[i].surface == CadSurface::Plane ? flat
+         : faces[i].facets == 0                ? byOcct
+         : isDoublyRound(faces[i])             ? both
+                                               : single) += mesh.counts[i];
     double finer = asked;
     constexpr double kStep = 1.1;
     const auto fits = [&] {
-        const double byOcct = both * deviation / finer;
-        return byOcct <= kMostByOcct && flat + single * std::sqrt(deviation / finer) + byOcct <= kMostTriangles;
+        const double more = deviation / finer;
+        return byOcct * more <= kMostByOcct &&
+               flat + single * std::sqrt(more) + (both + byOcct) * more <= kMostTriangles;
     };
     while (!fits()) finer *= kStep;
     return finer;
 }
 
-/// Moves the vertices of holes outward until the middles of the facets touch the surface.
-void circumscribe(Gathered& mesh, const std::vector<CadFace>& faces) {
+/// Moves the vertices of holes outward until the middles of the facets touch the surface; those of hollow spheres by
+/// the deviation, mm, by which their triangles lie inside at most. Tori bend both ways, so theirs stay.
+void circumscribe(Gathered& mesh, const std::vector<CadFace>& faces, double deviation) {
     std::vector<bool> moved(mesh.vertices.size(), false);
     std::size_t next = 0;
     for (std::size_t i = 0; i < faces.size(); ++i) {
         const std::size_t end = next + mesh.counts[i];
         const CadFace& face = faces[i];
-        const double factor = face.facets > 0 ? 1 / std::cos(std::numbers::pi / face.facets) : 1;
+        const bool sphere = face.surface == CadSurface::Sphere;
+        const double factor = face.facets == 0 || face.surface == CadSurface::Torus ? 1
+                              : sphere ? 1 / (1 - deviation * kMetersPerUnit / face.radius)
+                                       : 1 / std::cos(std::numbers::pi / face.facets);
         const glm::dvec3 origin = face.origin / kMetersPerUnit;
         for (; next < end; ++next)
             for (const std::uint32_t corner : mesh.triangles[next]) {
                 if (!face.hollow || factor == 1 || moved[corner]) continue;
                 moved[corner] = true;
                 glm::dvec3& p = mesh.vertices[corner];
-                const glm::dvec3 onAxis = origin + glm::dot(p - origin, face.axis) * face.axis;
+                const glm::dvec3 onAxis = sphere ? origin : origin + glm::dot(p - origin, face.axis) * face.axis;
                 p = onAxis + factor * (p - onAxis);
             }
     }
@@ -276,7 +285,7 @@ void makeMesh(const TopoDS_Shape& solids, const MeshChoice& choice, CadShape& sh
             deviation *= 2;
             continue;
         }
-        if (choice.keepClearance) circumscribe(mesh, shape.faces);
+        if (choice.keepClearance) circumscribe(mesh, shape.faces, deviation / kMetersPerUnit);
         measure(mesh, faces, shape.faces);
         // Open Cascade may deviate by more than it is asked for; by far more only if the edges of a face lie beside it.
         constexpr double kBeside = 4;

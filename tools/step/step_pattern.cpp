@@ -1,6 +1,7 @@
 #include "tools/step/step_pattern.hpp"
 
 #include <BRepAdaptor_Surface.hxx>
+#include <BRepTools.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
 #include <Geom2d_Curve.hxx>
@@ -59,16 +60,23 @@ struct Side {
     Pattern pattern;
     bool coneSeam = false;
 
-    /// Across the lines.
-    double across(double t) const {
+    /// Across the lines, or across the rows.
+    double across(double t, bool rows = false) const {
         const gp_Pnt2d uv = curve->Value(t);
+        if (rows) return pattern.rowStart + pattern.rowRate * uv.Y();
         return pattern.start + pattern.rate * (pattern.alongV ? uv.Y() : uv.X());
     }
-    /// Across the lines and along them, turned as the parameters (u, v) are. What is nearly on a line is on it.
+    /// The same; what is nearly on a line is on it.
+    double snapped(double t, bool rows = false) const {
+        const double s = across(t, rows), whole = std::round(s);
+        return std::abs(s - whole) < kOnLine ? whole : s;
+    }
+    /// Across the lines and along them, turned as the parameters (u, v) are.
     SlabNode at(double t) const {
+        if (pattern.rowRate > 0) return {snapped(t), snapped(t, true)};
         const gp_Pnt2d uv = curve->Value(t);
-        const double s = across(t), whole = std::round(s), along = pattern.alongV ? -uv.X() : uv.Y();
-        return {std::abs(s - whole) < kOnLine ? whole : s, pattern.rate > 0 ? along : -along};
+        const double along = pattern.alongV ? -uv.X() : uv.Y();
+        return {snapped(t), pattern.rate > 0 ? along : -along};
     }
 };
 
@@ -139,15 +147,19 @@ class EdgeDivider {
         const std::vector<double>& t = out_.parameters;
         for (std::size_t i = 0; i + 1 < t.size(); ++i) {
             std::vector<double> added{t[i]};
-            for (const Side& side : sides_) {
-                const double a = side.at(t[i]).s, b = side.at(t[i + 1]).s;
-                for (double line = std::floor(std::min(a, b)) + 1; line < std::max(a, b); ++line) {
-                    const double at = root(side, line, t[i], t[i + 1]);
-                    // The other side may have a line there already.
-                    const auto isNear = [&](double known) { return std::abs(side.across(known) - line) < kOnLine; };
-                    if (std::ranges::none_of(added, isNear) && !isNear(t[i + 1])) added.push_back(at);
+            for (const Side& side : sides_)
+                for (const bool rows : {false, true}) {
+                    if (rows && side.pattern.rowRate == 0) continue;
+                    const double a = side.snapped(t[i], rows), b = side.snapped(t[i + 1], rows);
+                    for (double line = std::floor(std::min(a, b)) + 1; line < std::max(a, b); ++line) {
+                        const double at = root(side, rows, line, t[i], t[i + 1]);
+                        // The other side may have a line there already.
+                        const auto isNear = [&](double known) {
+                            return std::abs(side.across(known, rows) - line) < kOnLine;
+                        };
+                        if (std::ranges::none_of(added, isNear) && !isNear(t[i + 1])) added.push_back(at);
+                    }
                 }
-            }
             std::sort(added.begin(), added.end());
             const double near = 1e-9 * (last_ - first_);
             for (const double at : added)
@@ -159,11 +171,11 @@ class EdgeDivider {
         return found;
     }
 
-    static double root(const Side& side, double line, double low, double high) {
-        const bool rises = side.across(high) > line;
+    static double root(const Side& side, bool rows, double line, double low, double high) {
+        const bool rises = side.across(high, rows) > line;
         constexpr int kHalvings = 60;
         for (int i = 0; i < kHalvings; ++i) {
-            const double middle = (low + high) / 2, s = side.across(middle);
+            const double middle = (low + high) / 2, s = side.across(middle, rows);
             if (s == line) return middle;
             ((s < line) == rises ? low : high) = middle;
         }
@@ -192,6 +204,7 @@ bool triangulate(const TopoDS_Face& oriented, const Pattern& pattern, const TopT
         std::vector<int> nodes;  // from the edge's first to its last parameter
     };
     SlabArea area;
+    area.rows = pattern.rowRate > 0;
     std::vector<gp_Pnt> points;
     std::vector<gp_Pnt2d> parameters;
     std::vector<Use> uses;
@@ -211,8 +224,9 @@ bool triangulate(const TopoDS_Face& oriented, const Pattern& pattern, const TopT
             const bool isEnd = k == 0 || k + 1 == count;
             const TopoDS_Vertex& vertex = ends[k > 0];
             const auto corner = std::ranges::find_if(corners, [&](const auto& known) {
-                return isEnd && known.first.IsSame(vertex) &&
-                       std::abs(area.nodes[std::size_t(known.second)].s - place.s) < 0.5;
+                const SlabNode& there = area.nodes[std::size_t(known.second)];
+                return isEnd && known.first.IsSame(vertex) && std::abs(there.s - place.s) < 0.5 &&
+                       (!area.rows || std::abs(there.v - place.v) < 0.5);
             });
             if (corner != corners.end()) {
                 use.nodes.push_back(corner->second);
@@ -228,6 +242,16 @@ bool triangulate(const TopoDS_Face& oriented, const Pattern& pattern, const TopT
         for (std::size_t k = 0; k + 1 < use.nodes.size(); ++k) {
             const bool forward = edge.Orientation() == TopAbs_FORWARD;
             area.chords.push_back({use.nodes[forward ? k : k + 1], use.nodes[forward ? k + 1 : k]});
+        }
+    }
+    if (area.rows) {
+        area.addCrossings();
+        const BRepAdaptor_Surface surface(face, false);
+        for (std::size_t k = points.size(); k < area.nodes.size(); ++k) {
+            const SlabNode& node = area.nodes[k];
+            const gp_Pnt2d uv((node.s - pattern.start) / pattern.rate, (node.v - pattern.rowStart) / pattern.rowRate);
+            points.push_back(surface.Value(uv.X(), uv.Y()));
+            parameters.push_back(uv);
         }
     }
     std::vector<std::array<int, 3>> triangles;
@@ -316,8 +340,39 @@ void findLines(const TopoDS_Face& shape, const CadFace& face, double deviation, 
     pattern.facets = 0;
 }
 
+/// Half of what chords of circles may deviate, since triangles on a sphere or torus deviate by those of both
+/// directions.
+constexpr double kOfBoth = 0.5;
+
+/// How many chords that deviate by that much a circle has.
+double chordsIn(double radius, double deviation) {
+    const double part = deviation / radius;
+    return part < 1 ? std::ceil(std::numbers::pi / std::acos(1 - part) - 1e-9) : 0;
+}
+
+/// Sets where the rows of a sphere or torus lie: from one end of the face to the other.
+void findRows(const TopoDS_Face& shape, const CadFace& face, double deviation, Pattern& pattern) {
+    constexpr double kFewestRows = 8;  // in a whole turn
+    double u1 = 0, u2 = 0, v1 = 0, v2 = 0;
+    BRepTools::UVBounds(shape, u1, u2, v1, v2);
+    const double radius = face.surface == engine::CadSurface::Sphere ? face.radius : face.minorRadius;
+    const double turn = std::max(chordsIn(radius, kOfBoth * deviation * kMetersPerUnit), kFewestRows);
+    const double rows = std::ceil(turn * (v2 - v1) / (2 * std::numbers::pi) - 1e-9);
+    pattern.rowRate = rows / (v2 - v1);
+    pattern.rowStart = -v1 * pattern.rowRate;
+}
+
 /// The largest distance of the face from its axis, m.
 double reachOf(const TopoDS_Face& shape, const CadFace& face) {
+    if (isDoublyRound(face)) {
+        double u1 = 0, u2 = 0, v1 = 0, v2 = 0;
+        BRepTools::UVBounds(shape, u1, u2, v1, v2);
+        // The distance grows with the cosine of v.
+        const double turns = std::ceil(v1 / (2 * std::numbers::pi)) * 2 * std::numbers::pi;
+        const double cosine = turns <= v2 ? 1 : std::max(std::cos(v1), std::cos(v2));
+        return face.surface == engine::CadSurface::Sphere ? face.radius * cosine
+                                                          : face.radius + face.minorRadius * cosine;
+    }
     if (face.surface != engine::CadSurface::Helicoid) {
         const double slope = std::tan(face.halfAngle);
         return std::max(std::abs(face.radius + slope * face.from), std::abs(face.radius + slope * face.to));
@@ -331,6 +386,10 @@ double reachOf(const TopoDS_Face& shape, const CadFace& face) {
 }
 
 }  // namespace
+
+bool isDoublyRound(const CadFace& face) {
+    return face.surface == engine::CadSurface::Sphere || face.surface == engine::CadSurface::Torus;
+}
 
 std::vector<Pattern> patternsOf(const std::vector<TopoDS_Face>& faces, const std::vector<CadFace>& described,
                                 double deviation, bool inStep) {
@@ -346,11 +405,10 @@ std::vector<Pattern> patternsOf(const std::vector<TopoDS_Face>& faces, const std
     for (std::size_t i = 0; i < faces.size(); ++i) {
         const CadFace& face = described[i];
         if (face.surface != engine::CadSurface::Cylinder && face.surface != engine::CadSurface::Cone &&
-            face.surface != engine::CadSurface::Helicoid)
+            face.surface != engine::CadSurface::Helicoid && !isDoublyRound(face))
             continue;
-        const double radius = reachOf(faces[i], face);
-        const double part = deviation * kMetersPerUnit / radius;
-        const double count = part < 1 ? std::ceil(std::numbers::pi / std::acos(1 - part) - 1e-9) : 0;
+        const double share = isDoublyRound(face) ? kOfBoth : 1;
+        const double count = chordsIn(reachOf(faces[i], face), share * deviation * kMetersPerUnit);
         patterns[i].facets = int(std::clamp<double>(count, kFewestFacets, kMostFacets));
         for (TopExp_Explorer k(faces[i], TopAbs_EDGE); k.More(); k.Next()) {
             const int at = edges.Add(k.Current());
@@ -373,9 +431,11 @@ std::vector<Pattern> patternsOf(const std::vector<TopoDS_Face>& faces, const std
         if (pattern.facets == 0) continue;
         while (!isAllowed(pattern.facets, described[i].hollow, inStep)) ++pattern.facets;
         const GeomAbs_SurfaceType type = BRepAdaptor_Surface(faces[i], false).GetType();
-        if (type == GeomAbs_Cylinder || type == GeomAbs_Cone)
+        if (type == GeomAbs_Cylinder || type == GeomAbs_Cone || isDoublyRound(described[i]))
             pattern.rate = pattern.facets / (2 * std::numbers::pi);
-        else
+        if (isDoublyRound(described[i]))
+            findRows(faces[i], described[i], deviation, pattern);
+        else if (pattern.rate == 0)
             findLines(faces[i], described[i], deviation, pattern);
     }
     return patterns;

@@ -1,5 +1,5 @@
 #pragma once
-// Triangles of cylinders, cones and threads with lines across the turns in equal distances, and what their edges share
+// Triangles of round surfaces and threads with lines across the turns in equal distances, and what their edges share
 // with other faces.
 #include <TopoDS_Face.hxx>
 #include <TopoDS_Shape.hxx>
@@ -11,14 +11,19 @@
 
 namespace touchstone::step {
 
-/// Where the lines of a face lie: at whole numbers of s = start + rate · parameter.
+/// Where the lines of a face lie: at whole numbers of s = start + rate · parameter. Spheres and tori, which bend along
+/// their lines as well, have rows at whole numbers of rowStart + rowRate · v.
 struct Pattern {
     int facets = 0;       ///< per turn; 0 for faces that are left to Open Cascade
     bool alongV = false;  ///< the parameter that runs about the axis is v, else u
     double start = 0, rate = 0;
+    double rowStart = 0, rowRate = 0;  ///< 0: no rows
 };
 
-/// The patterns of cylinders, cones and threads. `deviation` in mm.
+/// Whether the face is a sphere or a torus.
+bool isDoublyRound(const engine::CadFace& face);
+
+/// The patterns of cylinders, cones, spheres, tori and threads. `deviation` in mm.
 std::vector<Pattern> patternsOf(const std::vector<TopoDS_Face>& faces, const std::vector<engine::CadFace>& described,
                                 double deviation, bool inStep);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
 namespace touchstone::step {
@@ -105,8 +106,9 @@ class Slab {
 
     void add(int from, int to) { next_.emplace(from, to); }
 
-    bool triangulate(std::vector<std::array<int, 3>>& triangles) {
+    bool triangulate(bool rows, std::vector<std::array<int, 3>>& triangles) {
         if (!findPaths() || !findLoops()) return false;
+        if (rows) return triangulateRows(triangles);
         std::vector<Loop> outers, holes;
         for (Loop& loop : loops_) {
             const double size = area(nodes_, loop);
@@ -192,6 +194,29 @@ class Slab {
         return true;
     }
 
+    /// Cuts the loops at rows, which are the slabs of the same area turned by a quarter.
+    bool triangulateRows(std::vector<std::array<int, 3>>& triangles) const {
+        SlabArea turned;
+        std::vector<int> nodes;  // by node of the turned area
+        std::map<int, int> known;
+        const auto turnedNode = [&](int i) {
+            const auto [at, isNew] = known.try_emplace(i, int(nodes.size()));
+            if (isNew) {
+                nodes.push_back(i);
+                turned.nodes.push_back({node(i).v, -node(i).s});
+            }
+            return at->second;
+        };
+        for (const Loop& loop : loops_)
+            for (std::size_t i = 0; loop.size() > 2 && i < loop.size(); ++i)
+                turned.chords.push_back({turnedNode(loop[i]), turnedNode(loop[(i + 1) % loop.size()])});
+        const std::size_t first = triangles.size();
+        if (!turned.triangulate(triangles)) return false;
+        for (std::size_t i = first; i < triangles.size(); ++i)
+            for (int& corner : triangles[i]) corner = nodes[std::size_t(corner)];
+        return true;
+    }
+
     const Nodes& nodes_;
     double left_;
     const std::vector<int>&leftNodes_, &rightNodes_;
@@ -200,6 +225,23 @@ class Slab {
 };
 
 }  // namespace
+
+void SlabArea::addCrossings() {
+    std::map<double, std::vector<double>> bounds;  // by row, where chords pass it
+    for (const auto& [from, to] : chords) {
+        const SlabNode &a = nodes[std::size_t(from)], &b = nodes[std::size_t(to)];
+        for (double row = std::ceil(std::min(a.v, b.v)); row < std::max(a.v, b.v); ++row)
+            bounds[row].push_back(a.s + (row - a.v) / (b.v - a.v) * (b.s - a.s));
+    }
+    std::set<std::pair<double, double>> taken;
+    for (const SlabNode& node : nodes) taken.emplace(node.s, node.v);
+    for (auto& [row, passes] : bounds) {
+        std::ranges::sort(passes);
+        for (std::size_t i = 0; i + 1 < passes.size(); i += 2)
+            for (double s = std::ceil(passes[i]); s <= passes[i + 1]; ++s)
+                if (!taken.contains({s, row})) nodes.push_back({s, row});
+    }
+}
 
 bool SlabArea::triangulate(std::vector<std::array<int, 3>>& triangles) const {
     std::map<double, std::vector<int>> lines;
@@ -214,7 +256,7 @@ bool SlabArea::triangulate(std::vector<std::array<int, 3>>& triangles) const {
         const double left = isLine ? a.s - (b.v > a.v ? 1 : 0) : std::floor((a.s + b.s) / 2);
         slabs.try_emplace(left, nodes, left, lines[left], lines[left + 1]).first->second.add(from, to);
     }
-    return std::ranges::all_of(slabs, [&](auto& slab) { return slab.second.triangulate(triangles); });
+    return std::ranges::all_of(slabs, [&](auto& slab) { return slab.second.triangulate(rows, triangles); });
 }
 
 }  // namespace touchstone::step

@@ -15,9 +15,12 @@ struct SlabNode {
 struct SlabArea {
     std::vector<SlabNode> nodes;
     std::vector<std::array<int, 2>> chords;
+    bool rows = false;  ///< slabs are cut at whole numbers of v, which no chord crosses either
 
-    /// Adds triangles whose corners are nodes, counter-clockwise: each lies in one slab, and uses all nodes on its
-    /// sides, so that neighbors share whole edges. Returns false if the chords enclose no area.
+    /// Adds a node wherever a line and a row meet within the area. Pre: rows.
+    void addCrossings();
+    /// Adds triangles whose corners are nodes, counter-clockwise: each lies in one slab and one row, and uses all nodes
+    /// on its sides, so that neighbors share whole edges. Returns false if the chords enclose no area.
     bool triangulate(std::vector<std::array<int, 3>>& triangles) const;
 };
 
