@@ -22,6 +22,21 @@ class Recordings(TestCase):
         softer = recording.replay(recording.scene.settings.with_(stiffness=0.2))
         self.assertLess(softer["same"], 2401)
 
+    def test_the_last_pose_in_the_file_of_the_tool(self):
+        folder = self.folder / "push"
+        reported = ts.run(ts.Scene("hello"), seconds=0.5, record=str(folder)).report["tool_pose"]
+        recorded = ts.Recording(folder).tool_pose
+        self.same(recorded["matrix"], np.array(reported["matrix"]))
+        self.assertEqual((recorded["unit_m"], recorded["frame"]), (reported["unit_m"], reported["frame"]))
+        # From a file in inches: a quarter turn about z, and 25.4 mm along x.
+        inch = {"tool": {"file": {"unit_m": 0.0254}}}
+        ts.write_scene(self.folder / "inch.glb", box(), {"plate": box((30, 30, 4))}, start=(0, 0, 20, 1, 0, 0, 0), keys=inch)
+        half = np.sqrt(0.5)
+        place = ts.Scene(self.folder / "inch.glb").tool_pose((25.4, 0, 0, half, 0, 0, half))
+        self.assertEqual((place["unit_m"], place["frame"]), (0.0254, "file"))
+        wanted = [[0, -1, 0, 1], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+        np.testing.assert_allclose(place["matrix"], wanted, atol=1e-12)
+
     def test_what_python_records_the_program_replays(self):
         scene = ts.Scene("hello")
         run = ts.run(scene, record=str(self.folder / "mine"))

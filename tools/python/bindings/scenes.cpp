@@ -35,6 +35,20 @@ Numbers posesOf(const NamedMotion& motion, const Numbers& times) {
     return poses;
 }
 
+py::dict toolPoseOf(const SceneHandle& handle, const Numbers& pose) {
+    const auto file = sandbox::toolFile(handle.scene());
+    const sandbox::FileFrame frame = file.value_or(sandbox::FileFrame());
+    const auto rows = sandbox::matrixInFile(frame, toPose(pose, "pose"));
+    Numbers matrix({py::ssize_t(4), py::ssize_t(4)});
+    for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t j = 0; j < 4; ++j) matrix.mutable_at(i, j) = rows[i][j];
+    py::dict dict;
+    dict["matrix"] = matrix;
+    dict["unit_m"] = frame.unit;
+    dict["frame"] = file ? "file" : "scene";
+    return dict;
+}
+
 py::object roomDict(const sandbox::HapticScene& scene, const std::optional<sandbox::FitRoom>& room) {
     if (!room) return py::none();
     py::dict dict;
@@ -218,6 +232,10 @@ void bindScenes(py::module_& module) {
         .def_property_readonly(
             "motions", [](const SceneHandle& s) { return s.scene().motions; }, "The first is the demonstration.")
         .def_property_readonly("warnings", [](const SceneHandle& s) { return s.scene().warnings; })
+        .def(
+            "tool_pose", toolPoseOf, py::arg("pose"),
+            "The motion that takes the tool from its place in its file to a pose (7,) in the scene: a dict with matrix "
+            "(4, 4), its unit_m, and frame: 'file', or 'scene' for a tool that has no file of its own.")
         .def("fit", fitOf, py::arg("settings") = py::none(),
              "Whether the tool fits where it should go, as `touchstone fit --json`: a dict with fits, verdict, the "
              "rooms `goal` and `least`, error_mm, geometry and settings to take instead.")

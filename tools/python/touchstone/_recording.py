@@ -51,6 +51,11 @@ class Recording:
         return np.stack([self.ticks[name] for name in names], axis=-1)
 
     @property
+    def tool_pose(self) -> dict[str, Any]:
+        """The last pose of the tool as a motion of its file: see Scene.tool_pose."""
+        return self.scene.tool_pose(self.poses()[-1])
+
+    @property
     def scene(self) -> Scene:
         """The scene that was recorded. Raises SceneError if its file is gone, ValueError if none is named."""
         try:
