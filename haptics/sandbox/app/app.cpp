@@ -190,7 +190,8 @@ void App::frameAll(const engine::Area& picture) {
     if (!view_) return;
     const TickRecord* record = session_.record();
     const Pose* X_WT = record ? &record->X_WT : viewed_->world ? &viewed_->world->X_WT_start : nullptr;
-    const float aspect = picture.size.x / picture.size.y;
+    const float covered = std::min(guideWidth(), 0.5f * picture.size.x);  // at the left
+    const float aspect = (picture.size.x - covered) / picture.size.y;
     if (requests_.frameCamera)  // keep the direction of view
         view_->fit(camera_, X_WT, aspect);
     else
@@ -199,6 +200,7 @@ void App::frameAll(const engine::Area& picture) {
     if (!requests_.frameCamera && options_.view.empty() && viewed_->demonstration &&
         followsDemonstration(session_.device().choice))
         view_->fit(camera_, *viewed_->demonstration, aspect);
+    camera_.pan({0.5f * covered, 0}, picture.size.y);
 }
 
 /// Draws the scene if its picture has changed. Without a graphics card that is coarse while it changes, unless it is to

@@ -41,6 +41,8 @@ class App {
     void drawBar();
     void drawHints(const engine::Area& picture) const;
     void drawLeftPanel();
+    bool asksUnit() const;
+    float guideWidth() const;
     void drawGuideWindow(const engine::Area& picture);
     void drawMousePull(const engine::Area& picture) const;
     void handleMouse(const engine::Area& picture);

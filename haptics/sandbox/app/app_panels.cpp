@@ -194,18 +194,26 @@ void App::drawLeftPanel() {
     ImGui::EndTabBar();
 }
 
+bool App::asksUnit() const { return viewed_->unit && sizeKept_ != session_.sceneNumber(); }
+
+/// The width that the guide takes from the picture; 0 while there is none.
+float App::guideWidth() const {
+    if (!viewed_ || session_.opening() || (viewed_->missing.empty() && !asksUnit())) return 0;
+    return 19 * ImGui::GetFontSize();
+}
+
 void App::drawGuideWindow(const engine::Area& picture) {
-    if (!viewed_ || session_.opening()) return;
-    const bool asksUnit = viewed_->unit && sizeKept_ != session_.sceneNumber();
-    if (viewed_->missing.empty() && !asksUnit) return;
+    const float width = guideWidth();
+    if (width == 0) return;
     const float em = ImGui::GetFontSize();
     ImGui::SetNextWindowPos({picture.position.x + 0.7f * em, picture.position.y + 0.7f * em});
-    ImGui::SetNextWindowSize({18 * em, 0});
+    ImGui::SetNextWindowSize({width - em, 0});
     ImGui::Begin("Roles", nullptr,
                  ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                      ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing);
     if (!viewed_->missing.empty()) drawGuide(*viewed_, selection_.node(), requests_, &items_);
-    if (asksUnit && drawUnitQuestion(*viewed_, *viewed_->unit, requests_, &items_)) sizeKept_ = session_.sceneNumber();
+    if (asksUnit() && drawUnitQuestion(*viewed_, *viewed_->unit, requests_, &items_))
+        sizeKept_ = session_.sceneNumber();
     ImGui::End();
 }
 

@@ -456,6 +456,31 @@ TEST_CASE("window: the whole demonstration is in the picture", "[ui]") {
     CHECK(user.use(optionsFor(folder.path() / "far.glb")));
 }
 
+TEST_CASE("window: the guide to the roles covers no part of the scene", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    engine::Scene scene;
+    addBox(scene, "peg", glm::vec3(0.01f), {}, {.translation = {0, 0.02, 0}});
+    addBox(scene, "plate", {0.08f, 0.01f, 0.08f}, {});
+    updateWorldTransforms(scene);
+    writeGltf(scene, folder.path() / "unmarked.glb");
+    User user;
+    user.until([](WindowFrame& frame) { return frame.items.count("guide peg") > 0; })
+        .then([](WindowFrame&, int frames) { return frames > 2; })
+        .doing([](WindowFrame& frame) {
+            const glm::vec4 p = frame.picture, guide = frame.items.at("guide peg");
+            const glm::vec2 size(p.z - p.x, p.w - p.y);
+            for (const float x : {-0.04f, 0.04f})
+                for (const float z : {-0.04f, 0.04f}) {
+                    const auto at = frame.camera.project({x, 0.005f, z}, size);
+                    REQUIRE(at);
+                    CHECK(p.x + at->x > guide.z);
+                    CHECK(at->x < size.x);
+                }
+        });
+    CHECK(user.use(optionsFor(folder.path() / "unmarked.glb")));
+}
+
 TEST_CASE("window: undo takes back a recorded demonstration, and the page of the goal edits its tolerance", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;

@@ -170,6 +170,26 @@ TEST_CASE("window tour: an unmarked scene, and one that opens slowly", "[ui][lon
     CHECK(tour.use(options));
 }
 
+TEST_CASE("window tour: an assembly in a STEP file", "[ui][long]") {
+    if (!hasDisplay() || !std::filesystem::exists(TOUCHSTONE_BINARY_DIR "/touchstone-step")) return;
+    const TempFolder folder;
+    const auto file = folder.path() / "housing.step";
+    REQUIRE(std::system(
+                ("'" TOUCHSTONE_BINARY_DIR "/make_step_parts' housing-with-screws '" + file.string() + "'").c_str()) ==
+            0);
+    Tour tour(anySize());
+    WindowRunOptions options = tour.options(file);
+    options.session.treeCache = folder.path();
+    tour.until([](WindowFrame& frame) { return frame.items.count("guide housing") > 0; });
+    tour.aside().look("step-assembly");
+    tour.click("guide screw 3");
+    tour.until([](WindowFrame& frame) { return frame.items.count("guide all") > 0; });
+    tour.aside().look("step-tool");
+    tour.click("guide all").until(isRunning);
+    tour.aside().look("step-running");
+    CHECK(tour.use(options));
+}
+
 TEST_CASE("window tour: a device with motors", "[ui][long]") {
     if (!hasDisplay()) return;
     const TempFolder folder;
