@@ -309,7 +309,7 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     const bool reported = table || !options.report.empty();
     WindowLoad load;
     std::optional<std::uint64_t> began;  // ns
-    bool swept = options.sweep.empty(), written = false;
+    bool swept = options.sweep.empty(), sweeping = false, written = false;
     window.onFrame = [&](sandbox::WindowFrame& frame) {
         session = &frame.session;
         if (frame.number > 0) {
@@ -322,6 +322,7 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
             swept = true;
             frame.measure.sweep(*session);
         }
+        sweeping = frame.measure.sweeps().running();
         if (const sandbox::Sweep* sweep = frame.measure.sweeps().result();
             sweep && !written && !options.sweep.empty()) {
             written = true;
@@ -346,7 +347,8 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     if (!options.sweep.empty() && !written && StopRequest::signal() == 0)
         outputs.write("sweep", [&] {
             throw std::runtime_error(
-                "there was nothing to sweep at three fifths of --seconds: nothing was near the tool");
+                sweeping ? "the sweep was not ready when the window closed: give more --seconds"
+                         : "there was nothing to sweep at three fifths of --seconds: nothing was near the tool");
         });
     if (options.seconds || StopRequest::signal() != 0) load.print();
     outputs.finish();

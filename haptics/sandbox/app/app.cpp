@@ -190,7 +190,9 @@ void App::frameAll(const engine::Area& picture) {
     if (!view_) return;
     const TickRecord* record = session_.record();
     const Pose* X_WT = record ? &record->X_WT : viewed_->world ? &viewed_->world->X_WT_start : nullptr;
-    const float covered = std::min(guideWidth(), 0.5f * picture.size.x);  // at the left
+    // By the panel of a study, or by the guide.
+    const float left = options_.study ? 16 * ImGui::GetFontSize() : guideWidth();
+    const float covered = std::min(left, 0.5f * picture.size.x);
     const float aspect = (picture.size.x - covered) / picture.size.y;
     if (requests_.frameCamera)  // keep the direction of view
         view_->fit(camera_, X_WT, aspect);

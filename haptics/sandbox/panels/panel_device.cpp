@@ -160,7 +160,7 @@ void drawDevicePanel(const DevicePanelView& view, DevicePanelState& state, Panel
         const DeviceLimits& limits = view.facts.limits;
         ImGui::Spacing();
         ImGui::TextDisabled("Gains and limits at the hand");
-        ImGui::Text("%.3g N/mm, %.3g mN·m/rad", view.settings.stiffness, view.settings.torsion);
+        ImGui::Text("%.4g N/mm, %.4g mN·m/rad", view.settings.stiffness, view.settings.torsion);
         if (limits.torque) {
             ImGui::TextDisabled("peak: %.3g N, %.3g mN·m", limits.peakForce, limits.peakTorque);
             ImGui::TextDisabled("continuous: %.3g N, %.3g mN·m", limits.continuousForce, limits.continuousTorque);

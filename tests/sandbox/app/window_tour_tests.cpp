@@ -118,7 +118,7 @@ TEST_CASE("window tour: panels, menus and dialogs", "[ui][long]") {
     tour.aside().look("fit");
     tour.click("node hole"), tour.aside().look("selected");
     tour.click("role"), tour.look("selected-role");
-    tour.tap(GLFW_KEY_ESCAPE).click("node shaft").click("Section"), tour.aside().look("selected-tool");
+    tour.click("node shaft").click("node shaft").click("Section"), tour.aside().look("selected-tool");
     tour.doing([](WindowFrame& frame) {
         const auto place =
             frame.session.scene()->scene.registry.get<engine::LocalTransform>(frame.session.scene()->scene.nodes[1]);
