@@ -170,10 +170,15 @@ std::optional<FrozenContact> freezeContact(const World& world, const Settings& s
     return largest;
 }
 
+bool isSwept(const SolverInfo& info, const Settings& settings) {
+    return isUsable(info) && (!info.roundTrip || info.roundTrip().us < 1e6 / settings.rate);
+}
+
 std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::function<bool(double)>& progress) {
     const auto table = solverTable();
     std::size_t planned = contact.rubs() ? frictionSolverTable().size() : 0;
-    for (const SolverInfo& info : table) planned += contact.rubs() || !isUsable(info) ? 0 : tolerancesOf(info).size();
+    for (const SolverInfo& info : table)
+        planned += contact.rubs() || !isSwept(info, contact.settings) ? 0 : tolerancesOf(info).size();
 
     Sweep sweep{.tick = contact.tick,
                 .rows = contact.rubs() ? int(contact.contacts.size()) : contact.rows.size(),
@@ -199,7 +204,7 @@ std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::funct
         const Vec6 exact =
             reference->solve({contact.stiffness, contact.wanted, &contact.rows}, solverSettings(contact.settings)).x;
         for (const SolverInfo& solver : table) {
-            if (!isUsable(solver)) continue;
+            if (!isSwept(solver, contact.settings)) continue;
             SolverRun run(contact, solver, exact);
             for (const double tolerance : tolerancesOf(solver)) {
                 SweepPoint point;

@@ -62,7 +62,10 @@ struct Sweep {
     std::vector<SweepPoint> points;  ///< in the order of the table, for each solver from coarse to fine
 };
 
-/// Runs every solver that this machine can use, with friction every friction solver, with the limits of the settings.
+/// Whether a sweep runs the solver: not on a card whose way there and back is longer than a tick, as an emulated one.
+bool isSwept(const SolverInfo& info, const Settings& settings);
+
+/// Runs every such solver, with friction every friction solver, with the limits of the settings.
 /// `progress` receives 0 to 1 and cancels by returning false; then there is no result.
 std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::function<bool(double)>& progress = {});
 

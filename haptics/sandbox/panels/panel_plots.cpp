@@ -278,11 +278,6 @@ class Panel {
         return words;
     }
 
-    /// Whether a solver can render here: not a card whose way there and back is longer than a tick, as an emulated one.
-    bool fitsTick(const SolverInfo& info) const {
-        return !info.roundTrip || (isUsable(info) && info.roundTrip().us < 1e6 / rate());
-    }
-
     std::vector<engine::Layer> sweepLayers() const {
         std::vector<engine::Layer> layers;
         if (!view_.sweep) return layers;
@@ -304,7 +299,6 @@ class Panel {
         std::vector<engine::Layer> markers;
         for (std::size_t solver = 0; solver < solvers; ++solver) {
             const std::string_view name = friction ? frictionSolverTable()[solver].name : solverTable()[solver].name;
-            if (!friction && !fitsTick(solverTable()[solver])) continue;
             engine::Layer curve{.name = std::string(name), .points = {}, .color = kColors[solver % kColors.size()]};
             curve.style = engine::Layer::Style::Line;
             for (const SweepPoint& p : view_.sweep->points) {
@@ -312,8 +306,9 @@ class Panel {
                 curve.points.push_back(place(p));
                 curve.notes.push_back(note(p));
             }
+            if (curve.points.empty()) continue;
             layers.push_back(curve);
-            if (friction || solverTable()[solver].exact || curve.points.empty()) continue;
+            if (friction || solverTable()[solver].exact) continue;
             engine::Layer& marker = markers.emplace_back(engine::Layer{.name = {}, .points = {}, .color = kWhite});
             marker.style = engine::Layer::Style::Marker;
             if (const auto at = pointAt(*view_.sweep, name, view_.settings.tolerance)) {
