@@ -96,8 +96,11 @@ void drawPlace(const HapticScene& scene, engine::Entity node, int index, Inspect
         to.rotation = glm::normalize(glm::quat_cast(glm::eulerAngleYXZ(a.y, a.x, a.z)));
         if (to != local) requests.edits = {engine::PlaceNode{index, local, to}};
     }
-    if (node == scene.roles.tool && scene.demonstration)
+    if (node == scene.roles.tool && scene.demonstration) {
+        ImGui::PushTextWrapPos(0);
         ImGui::TextDisabled("The demonstration starts at another pose.");
+        ImGui::PopTextWrapPos();
+    }
 }
 
 void drawTree(const HapticScene& scene, engine::Entity node, int index, InspectorState& state, PanelRequests& requests,

@@ -141,10 +141,8 @@ void drawLevel(const char* text, const SphereTree* tree, int& level, engine::Ite
 }
 
 void drawDisplay(const HapticScene& scene, bool spheres, DisplayOptions& display, engine::ItemRects* items) {
-    // Low, so that the list of parts has room.
-    ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {2, 1});
-    ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 3});
-    float width = 0;  // of a column
+    ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {2, 1});  // low, so that the list of parts has room
+    float width = 0;                                          // of a column
     for (const DisplaySwitch& which : displaySwitches()) width = std::max(width, ImGui::CalcTextSize(which.title).x);
     const ImGuiStyle& style = ImGui::GetStyle();
     width += ImGui::GetFrameHeight() + style.ItemInnerSpacing.x + style.ItemSpacing.x;
@@ -160,7 +158,7 @@ void drawDisplay(const HapticScene& scene, bool spheres, DisplayOptions& display
         engine::noteItem(items, which.title);
         engine::tooltip(std::string(which.help) + " Key " + which.key + ".");
     }
-    ImGui::PopStyleVar(2);
+    ImGui::PopStyleVar();
     if (!scene.world) return;
     if (display.section) {
         ImGui::SetNextItemWidth(9 * ImGui::GetFontSize());
