@@ -140,6 +140,15 @@ TEST_CASE("step: a ball keeps its clearance in a socket, and both are closed", "
     const double clearance = trueClearance(*scene.world, scene.roles.goal->X_WT), drawn = 0.01, rounding = 2e-5;
     CHECK(clearance > drawn - (kept ? 0 : 0.1 * drawn) - rounding);
     CHECK(clearance < drawn + 0.2 * drawn + rounding);
+
+    // A hollow that is as small as the deviation stays in its block.
+    draw(touchstone, "socket", "small.step", "diameter=0.1");
+    const Answer small =
+        touchstone("new --tool ball.step --obstacle small.step --no-mate --deviation 0.05mm -o small.glb" +
+                   std::string(kept ? " --keep-clearance" : ""));
+    INFO(small.out << small.err);
+    CHECK_THAT(small.out, Contains("small, 0.2 x 0.2 x 0.1 mm"));
+    CHECK(open(touchstone.file("small.glb")).defects == std::vector<std::string>(2));
 }
 
 TEST_CASE("step: spheres and tori have points on lines and rows, in no more triangles than these need", "[program]") {

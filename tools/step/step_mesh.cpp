@@ -216,8 +216,10 @@ void circumscribe(Gathered& mesh, const std::vector<CadFace>& faces, double devi
         const std::size_t end = next + mesh.counts[i];
         const CadFace& face = faces[i];
         const bool sphere = face.surface == CadSurface::Sphere;
+        // The fewest facets and rows of a sphere lie inside by less than a tenth of its radius.
+        const double inside = std::min(deviation * kMetersPerUnit, 0.1 * face.radius);
         const double factor = face.facets == 0 || face.surface == CadSurface::Torus ? 1
-                              : sphere ? 1 / (1 - deviation * kMetersPerUnit / face.radius)
+                              : sphere ? face.radius / (face.radius - inside)
                                        : 1 / std::cos(std::numbers::pi / face.facets);
         const glm::dvec3 origin = face.origin / kMetersPerUnit;
         for (; next < end; ++next)
