@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <utility>
 
 namespace touchstone {
 namespace {
@@ -47,9 +46,6 @@ constexpr double kGrowth = 6, kLeastGrowth = 2, kMostGrowth = 1e4, kConverged = 
 constexpr double kErrorSettled = 1e-9;
 /// Greatest overlap, mm, and imbalance, N, of an answer that is not exact and counts as regularized.
 constexpr double kRegularized = 3e-4;
-/// Elimination looks for pivots once a diagonal entry is below this share of the springs, since the derivative may be
-/// singular.
-constexpr double kPositive = 0.1;
 /// A contact that does not take part joins if its gap falls below this, mm.
 constexpr double kCrossed = -1e-10;
 /// Lower bound on the share of the slip in w_t. The share is 0 where a contact begins to slide, and the direction of
@@ -88,37 +84,21 @@ void ConeNewton::begin(const FrictionProblem& problem) {
     force_ = std::min(force_, kMostForce);
 }
 
-/// Solves derivative_ y = first and derivative_ y = second, by elimination on whole rows.
+/// Solves derivative_ y = first and derivative_ y = second, by elimination on whole rows. It needs no
+/// pivots: friction seldom makes the matrix differ much from a symmetric positive one.
 ConeNewton::Steps ConeNewton::solveFor(const Vec6& first, const Vec6& second) {
     std::array<simd::Double8, 6> rows = derivative_;
 #pragma GCC unroll 6
     for (int i = 0; i < 6; ++i) rows[i][6] = first[i], rows[i][7] = second[i];
     Steps steps{{}, {}, false};
-    // First without pivots: friction seldom makes the matrix differ much from a symmetric positive one.
-    bool positive = true;
 #pragma GCC unroll 6
     for (int k = 0; k < 6; ++k) {
         const double diagonal = rows[k][k];
-        positive = positive && diagonal > kPositive * problem_->stiffness[k];
+        steps.reversed ^= diagonal < 0;
         rows[k] *= simd::splat(1 / diagonal);
 #pragma GCC unroll 6
         for (int i = 0; i < 6; ++i)
             if (i != k) rows[i] = simd::fnma(rows[i][k], rows[k], rows[i]);
-    }
-    if (!positive) {
-        // Again with pivots. `reversed` follows the sign of the determinant.
-        rows = derivative_;
-        for (int i = 0; i < 6; ++i) rows[i][6] = first[i], rows[i][7] = second[i];
-        for (int k = 0; k < 6; ++k) {
-            int pivot = k;
-            for (int i = k + 1; i < 6; ++i)
-                if (std::abs(rows[i][k]) > std::abs(rows[pivot][k])) pivot = i;
-            if (pivot != k) std::swap(rows[k], rows[pivot]);
-            steps.reversed = steps.reversed != ((pivot != k) != (rows[k][k] < 0));
-            rows[k] *= simd::splat(1 / rows[k][k]);
-            for (int i = 0; i < 6; ++i)
-                if (i != k) rows[i] = simd::fnma(rows[i][k], rows[k], rows[i]);
-        }
     }
 #pragma GCC unroll 6
     for (int i = 0; i < 6; ++i) steps.first[i] = rows[i][6], steps.second[i] = rows[i][7];
