@@ -15,9 +15,6 @@ constexpr double kPenalty = 1e5, kFirstRound = 1e-2;
 /// Maximum number of Newton steps before f⁰ is held. Ticks that differ little from the last one take 2 to 8; steps
 /// that have not converged after 20 mostly circle.
 constexpr int kSteps = 20;
-/// Number of steps in which a contact that slid and would now slide back is made to stick. If the answer lies between
-/// two slopes, the steps would otherwise go back and forth between them.
-constexpr int kHeldSteps = 16;
 /// Warm start: a force within this share of its cone's edge starts as sliding, any other as sticking. The normal turns
 /// between two linearizations, and the edge with it. With a smaller value sliding contacts start as sticking, and
 /// Newton's steps often circle from there.
@@ -135,15 +132,15 @@ Vec6 ConeNewton::evaluate(const Vec6& x, Modes modes) {
             state.law = projectOntoCone(w, c.n, c.coefficient, [&](ContactMode mode, const Vec3& along) {
                 if (modes == Modes::Start && (mode != ContactMode::Open || c.n.dot(state.f0) > 0))
                     return state.slid ? ContactMode::Slide : ContactMode::Stick;
-                const bool back = modes == Modes::Held && mode == ContactMode::Slide && before == ContactMode::Slide &&
-                                  along.dot(state.law.along) < 0;
+                const bool back = modes == Modes::Newton && mode == ContactMode::Slide &&
+                                  before == ContactMode::Slide && along.dot(state.law.along) < 0;
                 return back ? ContactMode::Stick : mode;
             });
         ConeForce& law = state.law;
         change_ = std::max(change_, (law.force - state.f0).squaredNorm());
         changed_ = changed_ || law.mode != before;
         if (law.mode != ContactMode::Open) {
-            if (law.mode == ContactMode::Slide && (modes == Modes::Newton || modes == Modes::Held)) {
+            if (law.mode == ContactMode::Slide && modes == Modes::Newton) {
                 // Correct f⁰ in the same step: its direction becomes that of the slip at once.
                 const double gain = 1 / std::max(1 - law.share, kLeastSlip);
                 law.force -= (gain - 1) * (state.f0 - c.n * c.n.dot(state.f0) - law.along * law.along.dot(state.f0));
@@ -239,7 +236,7 @@ bool ConeNewton::newton(Vec6& x) {
     }
     double before = 0, scale = force_;
     for (int i = 0, wild = 0; i < kSteps; ++i) {
-        const Vec6 imbalance = evaluate(x, i == 0 ? Modes::Start : i < kHeldSteps ? Modes::Held : Modes::Newton);
+        const Vec6 imbalance = evaluate(x, i == 0 ? Modes::Start : Modes::Newton);
         const double off = sizeOf(imbalance, lever_);
         if (i <= 1) scale = std::max(scale, off);
         if (off > scale && ++wild == kWildSteps) return false;

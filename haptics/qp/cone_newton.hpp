@@ -48,8 +48,8 @@ class ConeNewton final : public FrictionSolver {
     };
     enum class Modes {
         Start,   ///< what pushes now or before keeps its mode: it slides if it slid, and sticks otherwise
-        Newton,  ///< by the law; with derivatives for steps that correct f⁰ as well
-        Held,    ///< likewise, but a contact that slid one way does not slide back
+        Newton,  ///< by the law, with derivatives for steps that correct f⁰ as well. A contact that slid one way does
+                 ///< not slide back: if the answer lies between two slopes, steps would go back and forth between them
         ByLaw,   ///< rounded by rounding_
     };
     struct Steps {
