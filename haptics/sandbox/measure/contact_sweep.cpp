@@ -170,15 +170,18 @@ std::optional<FrozenContact> freezeContact(const World& world, const Settings& s
     return largest;
 }
 
-bool isSwept(const SolverInfo& info, const Settings& settings) {
+bool fitsTick(const SolverInfo& info, const Settings& settings) {
     return isUsable(info) && (!info.roundTrip || info.roundTrip().us < 1e6 / settings.rate);
 }
 
-std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::function<bool(double)>& progress) {
+std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::function<bool(double)>& progress,
+                                  bool slowCards) {
     const auto table = solverTable();
+    const auto isRun = [&](const SolverInfo& info) {
+        return slowCards ? isUsable(info) : fitsTick(info, contact.settings);
+    };
     std::size_t planned = contact.rubs() ? frictionSolverTable().size() : 0;
-    for (const SolverInfo& info : table)
-        planned += contact.rubs() || !isSwept(info, contact.settings) ? 0 : tolerancesOf(info).size();
+    for (const SolverInfo& info : table) planned += contact.rubs() || !isRun(info) ? 0 : tolerancesOf(info).size();
 
     Sweep sweep{.tick = contact.tick,
                 .rows = contact.rubs() ? int(contact.contacts.size()) : contact.rows.size(),
@@ -204,7 +207,7 @@ std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::funct
         const Vec6 exact =
             reference->solve({contact.stiffness, contact.wanted, &contact.rows}, solverSettings(contact.settings)).x;
         for (const SolverInfo& solver : table) {
-            if (!isSwept(solver, contact.settings)) continue;
+            if (!isRun(solver)) continue;
             SolverRun run(contact, solver, exact);
             for (const double tolerance : tolerancesOf(solver)) {
                 SweepPoint point;
@@ -267,7 +270,7 @@ void SweepRun::start(std::shared_ptr<const World> world, const Settings& setting
             throw std::runtime_error(hasFriction(*world, settings)
                                          ? "Nothing touches the tool in this tick: press it into contact, then sweep."
                                          : "Nothing is near the tool in this tick: bring it into contact, then sweep.");
-        return sweepContact(*contact, progress);
+        return sweepContact(*contact, progress, false);
     });
 }
 

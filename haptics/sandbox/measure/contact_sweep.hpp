@@ -62,12 +62,15 @@ struct Sweep {
     std::vector<SweepPoint> points;  ///< in the order of the table, for each solver from coarse to fine
 };
 
-/// Whether a sweep runs the solver: not on a card whose way there and back is longer than a tick, as an emulated one.
-bool isSwept(const SolverInfo& info, const Settings& settings);
+/// Whether this machine can use the solver in a tick: not on a card whose round trip is longer, as that of an emulated
+/// one.
+bool fitsTick(const SolverInfo& info, const Settings& settings);
 
-/// Runs every such solver, with friction every friction solver, with the limits of the settings.
-/// `progress` receives 0 to 1 and cancels by returning false; then there is no result.
-std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::function<bool(double)>& progress = {});
+/// Runs every solver that this machine can use, with friction every friction solver, with the limits of the settings.
+/// `progress` receives 0 to 1 and cancels by returning false; then there is no result. slowCards: also cards that do
+/// not fit a tick.
+std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::function<bool(double)>& progress = {},
+                                  bool slowCards = true);
 
 /// Time and error of a solver at any tolerance, interpolated on logarithmic axes; nothing without points.
 std::optional<SweepPoint> pointAt(const Sweep& sweep, std::string_view solver, double tolerance);
