@@ -35,7 +35,7 @@ struct SettingInfo {
 
 std::span<const SettingInfo> settingTable();
 
-/// A key that files and commands of earlier versions may have, and the one of today.
+/// A key that files and commands of earlier versions may have, and the one of today; empty if there is none.
 struct EarlierKey {
     std::string_view earlier, now;
 };

@@ -183,7 +183,7 @@ struct Overload : F... {
 template <class... F>
 Overload(F...) -> Overload<F...>;
 
-constexpr EarlierKey kEarlierKeys[] = {{"linearisations", "linearizations"}};
+constexpr EarlierKey kEarlierKeys[] = {{"linearisations", "linearizations"}, {"loop", ""}};
 
 const Row* findRow(std::string_view key) {
     const auto row = std::find_if(std::begin(kRows), std::end(kRows),

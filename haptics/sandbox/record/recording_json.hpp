@@ -28,6 +28,7 @@ RecordedScene toRecordedScene(const nlohmann::json& json);
 TickStart toStart(const nlohmann::json& json);
 /// Obstacle poses at a start; empty if it does not hold them.
 std::vector<Pose> toObstacles(const nlohmann::json& start);
+/// Passes over settings that only earlier versions had.
 void applySettings(Settings& settings, const nlohmann::json& json);
 const nlohmann::json& fieldOf(const nlohmann::json& object, const char* key);
 std::string textOf(const nlohmann::json& object, const char* key);

@@ -435,6 +435,19 @@ TEST_CASE("recording: columns with the names of an earlier version are read", "[
     CHECK(sandbox::TickFileReader(file).fields().size() == sandbox::tickFields().size());
 }
 
+TEST_CASE("recording: a setting that only an earlier version had is passed over", "[sandbox][recording]") {
+    const TempFolder folder;
+    const fs::path notes = pressRecording(folder) / "recording.json";
+    std::string text = bytesOf(notes);
+    const std::string known = "\"stiffness\"";
+    REQUIRE(text.find(known) != std::string::npos);
+    text.replace(text.find(known), known.size(), "\"loop\": \"classic\", " + known);
+    writeBytes(notes, text);
+    sandbox::Recording source(notes.parent_path());
+    RecordedTick tick;
+    CHECK(source.next(tick));
+}
+
 TEST_CASE("recording: a broken file is refused in one sentence that names it", "[sandbox][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
