@@ -161,7 +161,7 @@ class CoverCertificate::Walk {
             if (raise) pieces.push_back({best, least * weight(best), t});
             return;
         }
-        // No ball covers the whole piece: it is a gap if it is small or a corner is bare, and is halved otherwise.
+        // No ball covers the whole piece: it is a gap if it is small or a corner is bare; else it is halved.
         const auto [longest, edge2] = longestEdge(t);
         const bool small = edge2 <= resolution_ * resolution_ || level >= kMaxDepth;
         const auto hole = std::find(bare.begin(), bare.end(), true);
