@@ -35,7 +35,7 @@ struct SettingInfo {
 
 std::span<const SettingInfo> settingTable();
 
-/// A key that files and commands of earlier versions may have, and the one of today; empty if there is none.
+/// A key that files and commands of earlier versions may have, and its key today; empty if the setting is gone.
 struct EarlierKey {
     std::string_view earlier, now;
 };
