@@ -147,27 +147,27 @@ class Gap {
     const float guard_;
 };
 
-/// The fraction of a course at which leaves meet; infinite if they do not.
+/// The fraction of a motion at which leaves meet; infinite if they do not.
 class Meeting {
   public:
     /// After the fraction s <= atMost an arc deviates from the straight path by s² reach |turn|²/2.
-    Meeting(const Course& course, const Vec3& center, double reach, double atMost, float guard)
-        : course_(course), place_(course.X_OT), center_(center), bend_(atMost * reach * course.turn.squaredNorm() / 2) {
-        const Vec3 c = course.X_OT * center;
+    Meeting(const StraightMotion& motion, const Vec3& center, double reach, double atMost, float guard)
+        : motion_(motion), place_(motion.X_OT), center_(center), bend_(atMost * reach * motion.turn.squaredNorm() / 2) {
+        const Vec3 c = motion.X_OT * center;
         for (int k = 0; k < 3; ++k) {
             c_[k] = float(c[k]);
-            shift_[k] = float(course.shift[k]);
-            turn_[k] = float(course.turn[k]);
+            shift_[k] = float(motion.shift[k]);
+            turn_[k] = float(motion.turn[k]);
         }
-        angle_ = float(course.turn.norm());
-        guard_ = guard + kPathError * float(course.shift.norm() + reach * course.turn.norm());
+        angle_ = float(motion.turn.norm());
+        guard_ = guard + kPathError * float(motion.shift.norm() + reach * motion.turn.norm());
     }
 
     /// With d the offset of the centers and u the path, leaves meet where |d + s u| = R + s bend. R is the sum of the
     /// radii, or the distance at the start if that is smaller.
     double exact(const Sphere& tool, const Sphere& obstacle) const {
-        const Vec3 arm = course_.X_OT.q * (tool.center() - center_),
-                   d = course_.X_OT * tool.center() - obstacle.center(), u = course_.shift + course_.turn.cross(arm);
+        const Vec3 arm = motion_.X_OT.q * (tool.center() - center_),
+                   d = motion_.X_OT * tool.center() - obstacle.center(), u = motion_.shift + motion_.turn.cross(arm);
         const double distance = d.norm(), touch = std::min(double(tool.r) + double(obstacle.r), distance) - kTouch;
         const double a = u.squaredNorm() - bend_ * bend_, b = d.dot(u) - bend_ * touch,
                      c = (distance - touch) * (distance + touch);
@@ -209,7 +209,7 @@ class Meeting {
     }
 
   private:
-    const Course& course_;
+    const StraightMotion& motion_;
     const Placement place_;
     const Vec3& center_;
     const double bend_;
@@ -224,9 +224,9 @@ double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& 
     return Search(tool, obstacle, gap, atMost, nearest).run();
 }
 
-double freeShare(const SphereTree& tool, const SphereTree& obstacle, const Course& course, const Vec3& center,
+double freeShare(const SphereTree& tool, const SphereTree& obstacle, const StraightMotion& motion, const Vec3& center,
                  double reach, double atMost, SearchBudget* budget) {
-    const Meeting meeting(course, center, reach, atMost, floatGuard(tool, obstacle, course.X_OT));
+    const Meeting meeting(motion, center, reach, atMost, floatGuard(tool, obstacle, motion.X_OT));
     Search search(tool, obstacle, meeting, atMost, nullptr, budget);
     const double share = std::max(0.0, search.run());
     return search.ended() ? -1 : share;

@@ -19,12 +19,12 @@ double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& 
 /// leastGap() with atMost = 0, by a walk of the same two trees, which discards pairs without overlap eight at a time.
 double deepestGap(const SphereTree& tool, const SphereTree& obstacle, TreeWalk& walk, const Pose& X_OT);
 
-/// The fraction of a course, at most `atMost`, up to which no pair of leaves touches; pairs that touch or overlap at
+/// The fraction of a motion, at most `atMost`, up to which no pair of leaves touches; pairs that touch or overlap at
 /// its start must not get nearer. The tool translates along a straight line while it rotates about `center`. Exact in
 /// double without rotation; with rotation, each leaf is allowed to deviate from its straight path by up to
 /// reach |turn|²/2, so the result is a lower bound. `reach`: greatest distance of a leaf's center from `center`, mm. A
 /// negative number if the search ended because the budget was spent.
-double freeShare(const SphereTree& tool, const SphereTree& obstacle, const Course& course, const Vec3& center,
+double freeShare(const SphereTree& tool, const SphereTree& obstacle, const StraightMotion& motion, const Vec3& center,
                  double reach, double atMost = 1, SearchBudget* budget = nullptr);
 
 }  // namespace touchstone

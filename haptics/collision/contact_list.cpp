@@ -43,12 +43,12 @@ void ContactList::forget() { wide_[0].within = wide_[1].within = narrow_.within 
 
 bool ContactList::complete(const Coverage& asked, double slack) {
     if (suspended_) return true;
-    const Course& course = asked.course;
+    const StraightMotion& motion = asked.motion;
     // Where another thread finds entries, searches are small already, and a small reserve would only need more of them.
     slack = finder_->slack(slack) * (offered_ ? 1 : reach_);
     // The narrow set is also renewed while it is still complete, if too many of its entries are no longer near.
     const double narrow = lookAhead_.narrow * slack;
-    const double off = finder_->deviationFrom(narrow_, course), left = finder_->reserve(narrow_, asked, off);
+    const double off = finder_->deviationFrom(narrow_, motion), left = finder_->reserve(narrow_, asked, off);
     const bool serves = narrow_.count <= kFewEntries || (left <= kMaxReserve * narrow && off <= narrow);
     if (left >= 0 && serves) return true;
 
@@ -70,10 +70,10 @@ bool ContactList::complete(const Coverage& asked, double slack) {
         Within within = withCurveReserve(asked.within);
         if (const double tick = extent().length(tick_); tick <= slack)
             within = {within.margin, std::max(within.curve, tick * tick), std::max(within.most, tick), within.turn};
-        // Deep overlaps can exceed the memory, and dense meshes the budget. The search is then repeated for this course
+        // Deep overlaps can exceed the memory, and dense meshes the budget. The search is then repeated for this motion
         // alone, without slack.
         if (budget_) budget_->beginLookAhead();
-        const bool found = finder_->find({ahead(course, ticks, spare), within.wider(spare)}, wide);
+        const bool found = finder_->find({expected(motion, ticks, spare), within.wider(spare)}, wide);
         if (!found || wide.count > lookAhead_.crowded)
             reach_ = std::max(reach_ / 2, kLeastReach);
         else if (wide.count < lookAhead_.crowded / 8)
@@ -81,11 +81,11 @@ bool ContactList::complete(const Coverage& asked, double slack) {
         if (!found && budget_) budget_->beginList();
         if (!found && !finder_->find(asked, wide)) return suspended_ = passes_;
     }
-    // Looking ahead pays while the tool keeps to its course and moves slowly enough that the next tick can use the set.
+    // Looking ahead pays while the tool moves as expected and slowly enough that the next tick can use the set.
     // Where it is faster, the set of one tick serves all of its steps.
-    Coverage next{ahead(course, kNarrowTicks, narrow), withCurveReserve(asked.within)};
-    if (finder_->deviationFrom(*from, next.course) > narrow || extent().length(next.course) > kNarrowTicks * slack)
-        next.course = lookAhead_.wholeTicks && deviation(tick_, course, extent()) <= narrow / 2 ? tick_ : course;
+    Coverage next{expected(motion, kNarrowTicks, narrow), withCurveReserve(asked.within)};
+    if (finder_->deviationFrom(*from, next.motion) > narrow || extent().length(next.motion) > kNarrowTicks * slack)
+        next.motion = lookAhead_.wholeTicks && deviation(tick_, motion, extent()) <= narrow / 2 ? tick_ : motion;
     const auto widen = [&](Coverage& set) {
         const double reserve = finder_->reserve(*from, set);
         if (reserve >= 0) set.within = set.within.wider(std::min(narrow, reserve));
@@ -97,14 +97,14 @@ bool ContactList::complete(const Coverage& asked, double slack) {
     return true;
 }
 
-/// The course expected for some ticks, as far ahead as it pays, if the given course lies within half the slack of it;
-/// otherwise the given course.
-Course ContactList::ahead(const Course& course, double ticks, double slack) const {
-    const Course tick{course.X_OT, tick_.shift, tick_.turn};
+/// The motion expected for some ticks, as far ahead as it pays, if the asked motion lies within half the slack of it;
+/// otherwise the asked motion.
+StraightMotion ContactList::expected(const StraightMotion& motion, double ticks, double slack) const {
+    const StraightMotion tick{motion.X_OT, tick_.shift, tick_.turn};
     const double length = extent().length(tick);
-    if (length * ticks < kMinLookAhead) return course;
-    const Course expected = tick.times(std::min(ticks, lookAhead_.most / length));
-    return deviation(expected, course, extent()) <= slack / 2 ? expected : course;
+    if (length * ticks < kMinLookAhead) return motion;
+    const StraightMotion whole = tick.times(std::min(ticks, lookAhead_.most / length));
+    return deviation(whole, motion, extent()) <= slack / 2 ? whole : motion;
 }
 
 }  // namespace touchstone

@@ -47,7 +47,7 @@ struct LookAhead {
     /// entries; with a smaller one the set is selected again more often.
     double narrow = 0.12;
     /// Number of ticks that a search looks ahead along the expected motion. More ticks find more entries; fewer search
-    /// more often. A shaft on its way into a hole keeps to its course, so that one search serves up to eight ticks.
+    /// more often. A shaft on its way into a hole moves straight, so that one search serves up to eight ticks.
     double ticks = 8;
     /// Upper bound on the length of that look-ahead, mm, which bounds the number of entries of a fast tool.
     double most = 2;
@@ -88,8 +88,8 @@ class ContactList {
     void beginInside(double depth, bool passes = false) { inside_ = depth, passes_ = passes, suspended_ = false; }
     double inside() const { return inside_; }
     bool suspended() const { return suspended_; }
-    /// The course that is expected for one tick. Searches look ahead along its motion.
-    void expect(const Course& tick) { tick_ = tick; }
+    /// The motion that is expected for one tick. Searches look ahead along it.
+    void expect(const StraightMotion& tick) { tick_ = tick; }
     void forget();
     /// Searches count their work there and end with their part of it; null: no bound. The caller keeps ownership. A
     /// search of a list for leaves is bounded by the memory of its entries alone.
@@ -108,7 +108,7 @@ class ContactList {
     }
 
     /// The pairs with gap <= margin before a step that the step may cross or that may touch at its end.
-    virtual Coverage crossing(const Course& step, double margin) const = 0;
+    virtual Coverage crossing(const StraightMotion& step, double margin) const = 0;
 
     /// Appends a row (n, r x n), gap for every pair with gap <= margin, ordered by identity. n points from the
     /// obstacle to the tool, r from C to the contact, both on world axes. Returns false and leaves `rows` unchanged if
@@ -147,9 +147,9 @@ class ContactList {
         return nearest(X_OT, toolLeaf, obstacleLeaf).gap;
     }
 
-    /// The fraction of a course, at most `atMost`, up to which nothing touches; pairs that touch at its start must not
+    /// The fraction of a motion, at most `atMost`, up to which nothing touches; pairs that touch at its start must not
     /// get nearer. A lower bound if the tool turns, or if the search ended with its budget. Has no precondition.
-    virtual double freeShare(const Course& course, double atMost) = 0;
+    virtual double freeShare(const StraightMotion& motion, double atMost) = 0;
 
     /// Whether the parts have the features of a pair with this identity.
     virtual bool hasFeatures(std::uint64_t /*pair*/) const { return false; }
@@ -176,7 +176,7 @@ class ContactList {
     ContactList(ContactList&&) = default;
     ContactList& operator=(ContactList&&) = default;
     const Extent& extent() const { return finder_->extent(); }
-    /// Begins a search whether a course is free or anything is near.
+    /// Begins a search whether a motion is free or anything is near.
     void beginFlight() const {
         if (budget_) budget_->beginFlight();
     }
@@ -192,12 +192,12 @@ class ContactList {
     bool suspended_ = false;
 
   private:
-    Course ahead(const Course& course, double ticks, double slack) const;
+    StraightMotion expected(const StraightMotion& motion, double ticks, double slack) const;
 
     LookAhead lookAhead_;
-    int used_ = 0;      ///< the wide set that served last
-    double reach_ = 1;  ///< part of the reserve and the look-ahead, see LookAhead::crowded
-    Course tick_;       ///< see expect()
+    int used_ = 0;         ///< the wide set that served last
+    double reach_ = 1;     ///< part of the reserve and the look-ahead, see LookAhead::crowded
+    StraightMotion tick_;  ///< see expect()
 };
 
 }  // namespace touchstone

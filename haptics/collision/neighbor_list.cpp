@@ -16,7 +16,7 @@ namespace {
 // Constants of the pairs that a step may cross. They change the time of a tick and never its result.
 
 /// The pairs of a step are bounded by their radii (crossing()) if that bound, for mean radii, is below this fraction of
-/// the margin. Otherwise all pairs within the margin are taken, since a test along the course would save too little.
+/// the margin. Otherwise all pairs within the margin are taken, since a test along the motion would save too little.
 constexpr double kUsefulFraction = 0.7;
 /// Steps longer than this multiple of the margin are not bounded by their radii: they differ so much from each other
 /// that a search along one does not serve the next.
@@ -37,7 +37,7 @@ constexpr int kCandidateCapacity = 1 << 18;
 /// A row counts as crossed only beyond this gap, mm. The exact solver satisfies rows to about 1e-14, so that a smaller
 /// value would add rows that its answer touches; a larger one lets a step enter by as much.
 constexpr double kCrossed = 1e-10;
-/// The smallest part of a course that is searched after longer ones took more than the budget. With a smaller one
+/// The smallest part of a motion that is searched after longer ones took more than the budget. With a smaller one
 /// more searches are made in vain.
 constexpr double kLeastShare = 1.0 / 128;
 /// Rounding error of a gap in double, mm: a gap that decreases by less has not changed, and poses that differ by less
@@ -63,7 +63,7 @@ NeighborList::NeighborList(const SphereTree& tool, const SphereTree& obstacle, i
 /// Along a straight path of length l the distance d of two centers lies above its linearization by less than l²/2d, and
 /// d is at least the sum of the radii until the leaves touch. A gap that stays above l²/(2 sum of radii) therefore has
 /// a plane beyond the end of the path. A rotating leaf ends beside its straight path by the bend of its arc.
-Coverage NeighborList::crossing(const Course& step, double margin) const {
+Coverage NeighborList::crossing(const StraightMotion& step, double margin) const {
     const double length = extent().length(step), bend = extent().reach * step.turn.squaredNorm() / 2;
     const Within onPath{bend + 2 * kCrossed, length * length / 2, std::max(margin, 2 * kCrossed)};
     if (length <= kLongStep * margin && onPath.at(meanRadii_) < kUsefulFraction * margin) return {step, onPath};
@@ -151,12 +151,12 @@ void NeighborList::appendRow(const Pose& X_OT, const Mat3& R_WO, double margin, 
 }
 
 bool NeighborList::hasCandidatesFor(const Coverage& asked) const {
-    return candidateCoverage_.course.X_OT == asked.course.X_OT &&
+    return candidateCoverage_.motion.X_OT == asked.motion.X_OT &&
            finder_->reserve(candidateCoverage_, asked) >= -kRounding;
 }
 
 /// Collects the rows that a step may cross in candidates_. Returns false if they do not fit.
-bool NeighborList::collectCandidates(const Course& step, double margin) {
+bool NeighborList::collectCandidates(const StraightMotion& step, double margin) {
     const Pose& X_OT = step.X_OT;
     Coverage asked = crossing(step, margin);
     if (asked.within.margin >= margin || !isComplete(asked)) asked = {X_OT, margin};
@@ -188,13 +188,13 @@ bool NeighborList::collectCandidates(const Course& step, double margin) {
 }
 
 /// Bound on the error of a predicted gap of candidates_, mm.
-float NeighborList::candidateError(const Course& step) const {
+float NeighborList::candidateError(const StraightMotion& step) const {
     return 4 * floatGuard(*tool_, *obstacle_, step.X_OT) + float(kFloatError * extent().length(step));
 }
 
 Crossed NeighborList::appendCrossed(const Pose& X_OT, const Pose&, const Mat3& R_WO, double margin, const Crossing& by,
                                     RowSet& rows, RowSet& crossed) {
-    const Course step{X_OT, R_WO.transpose() * by.x.head<3>(), R_WO.transpose() * by.x.tail<3>()};
+    const StraightMotion step{X_OT, R_WO.transpose() * by.x.head<3>(), R_WO.transpose() * by.x.tail<3>()};
     if (!collectCandidates(step, margin)) return Crossed::Overflow;
     const Vec6 compliance = by.stiffness.cwiseInverse();
     const float worst = candidates_.measure(step.shift, step.turn, by.slack, compliance.head<3>().minCoeff(),
@@ -276,7 +276,7 @@ NeighborList::Overlap NeighborList::remeasure(const Pose& before, const Pose& af
         }
         return !overlap.deeper;
     };
-    const Course step = Course::between(before, after, extent().center);
+    const StraightMotion step = StraightMotion::between(before, after, extent().center);
     const double length = extent().length(step);
     const bool known = hasCandidatesFor({before, length}) || hasCandidatesFor(crossing(step, length));
     if (!known || candidates_.leastDistance() < length) {
@@ -302,11 +302,11 @@ ContactList::Nearest NeighborList::nearest(const Pose& X_OT, int toolLeaf, int o
     return {center - double(tool.r) * normal, normal, leafGap(tool, obstacle, X_OT)};
 }
 
-double NeighborList::freeShare(const Course& course, double atMost) {
+double NeighborList::freeShare(const StraightMotion& motion, double atMost) {
     for (double share = atMost; share > kLeastShare * atMost; share /= 2) {
         beginFlight();
         const double free =
-            touchstone::freeShare(*tool_, *obstacle_, course, extent().center, extent().reach, share, budget_);
+            touchstone::freeShare(*tool_, *obstacle_, motion, extent().center, extent().reach, share, budget_);
         if (free >= 0) return free;
     }
     return 0;

@@ -15,7 +15,7 @@ class NeighborList final : public ContactList {
         : NeighborList(tool, obstacle, obstacleIndex, tool.center()) {}
 
     /// The pairs are far fewer than those within the margin if the leaves are large compared with the step.
-    Coverage crossing(const Course& step, double margin) const override;
+    Coverage crossing(const StraightMotion& step, double margin) const override;
     bool appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows,
                     int maxRows = std::numeric_limits<int>::max()) const override;
     int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const override;
@@ -24,15 +24,15 @@ class NeighborList final : public ContactList {
                           RowSet& rows, RowSet& crossed) override;
     Overlap remeasure(const Pose& before, const Pose& after, double tolerance) override;
     Nearest nearest(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const override;
-    double freeShare(const Course& course, double atMost) override;
+    double freeShare(const StraightMotion& motion, double atMost) override;
 
   private:
     /// Appends the row of one pair if its gap is within margin.
     void appendRow(const Pose& X_OT, const Mat3& R_WO, double margin, int toolLeaf, int obstacleLeaf,
                    RowSet& rows) const;
-    bool collectCandidates(const Course& step, double margin);
+    bool collectCandidates(const StraightMotion& step, double margin);
     bool hasCandidatesFor(const Coverage& asked) const;
-    float candidateError(const Course& step) const;
+    float candidateError(const StraightMotion& step) const;
     template <class Visit>
     void forEachHit(const PairEntries& entries, const Pose& X_OT, double margin, Visit&& visit) const;
 

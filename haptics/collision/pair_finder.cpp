@@ -33,9 +33,9 @@ Vec3 turnOf(const Quat& q) {
 
 }  // namespace
 
-double deviation(const Course& from, const Course& other, const Extent& extent) {
-    // On a course leaves move along straight paths. A rotating leaf follows an arc, which deviates from the straight
-    // path by up to reach |turn|²/2.
+double deviation(const StraightMotion& from, const StraightMotion& other, const Extent& extent) {
+    // During a motion leaves move along straight paths. A rotating leaf follows an arc, which deviates from the
+    // straight path by up to reach |turn|²/2.
     const auto bend = [&](const Vec3& turn) { return extent.reach * turn.squaredNorm() / 2; };
     const auto turned = [&](const Vec3& turn) { return extent.turned(from.X_OT.q, turn); };
     const double lever = from.turn.isZero(0) ? 0 : turned(from.turn) / from.turn.norm();
@@ -111,12 +111,12 @@ LeafPairFinder::LeafPairFinder(const SphereTree& tool, const SphereTree& obstacl
       offsets_(std::size_t(tool.leafCount()) + 1) {}
 
 /// Places all tool leaves, or only those of the given entries if these are fewer.
-void LeafPairFinder::place(const Course& course, const PairEntries* of) {
-    const Pose& X_OT = course.X_OT;
+void LeafPairFinder::place(const StraightMotion& motion, const PairEntries* of) {
+    const Pose& X_OT = motion.X_OT;
     const Eigen::Matrix3f R = X_OT.R().cast<float>();
     const Eigen::Vector3f p = X_OT.p.cast<float>(), c = (X_OT * extent_.center).cast<float>();
-    const Eigen::Vector3f shift = course.shift.cast<float>(), turn = course.turn.cast<float>();
-    const bool stays = course.stays();
+    const Eigen::Vector3f shift = motion.shift.cast<float>(), turn = motion.turn.cast<float>();
+    const bool stays = motion.stays();
     const TreeLevel& leaves = tool_->levels[0];
     const auto placeEight = [&](int bucket) {
         const int i = bucket * SphereTree::kBranching;
@@ -142,7 +142,7 @@ void LeafPairFinder::place(const Course& course, const PairEntries* of) {
     }
 }
 
-/// Where the tool leaf of an entry is nearest to each obstacle leaf of the bucket on its course.
+/// Where the tool leaf of an entry is nearest to each obstacle leaf of the bucket on its motion.
 template <bool moves>
 struct LeafPairFinder::Meeting {
     Float8 distance2;  ///< squared distance of the centers there
@@ -203,7 +203,7 @@ void LeafPairFinder::measure(PairEntries& entries) const {
 /// Returns the number of entries kept in found_, or a number above the capacity if there are more.
 template <bool moves>
 int LeafPairFinder::walk(const Coverage& asked) {
-    const Limit limit(asked.within, floatGuard(*tool_, *obstacle_, asked.course.X_OT));
+    const Limit limit(asked.within, floatGuard(*tool_, *obstacle_, asked.motion.X_OT));
     const TreeLevel& leaves = obstacle_->levels[0];
     const int capacity = int(found_.size()) - 1;
     int kept = 0;
@@ -218,7 +218,7 @@ int LeafPairFinder::walk(const Coverage& asked) {
 
 template <bool moves>
 bool LeafPairFinder::searchAlong(const Coverage& asked, PairEntries& out) {
-    place(asked.course);
+    place(asked.motion);
     const int count = walk<moves>(asked);
     if (count > out.capacity) return false;
 
@@ -233,13 +233,13 @@ bool LeafPairFinder::searchAlong(const Coverage& asked, PairEntries& out) {
 }
 
 bool LeafPairFinder::search(const Coverage& asked, PairEntries& out) {
-    return asked.course.stays() ? searchAlong<false>(asked, out) : searchAlong<true>(asked, out);
+    return asked.motion.stays() ? searchAlong<false>(asked, out) : searchAlong<true>(asked, out);
 }
 
 template <bool moves>
 void LeafPairFinder::selectAlong(const PairEntries& from, const Coverage& asked, PairEntries& out) {
-    place(asked.course, &from);
-    const Limit limit(asked.within, floatGuard(*tool_, *obstacle_, asked.course.X_OT));
+    place(asked.motion, &from);
+    const Limit limit(asked.within, floatGuard(*tool_, *obstacle_, asked.motion.X_OT));
     const TreeLevel& leaves = obstacle_->levels[0];
     int count = 0;
     forEachWithin(from, asked, [&](const PairEntry& entry) {
@@ -252,7 +252,7 @@ void LeafPairFinder::selectAlong(const PairEntries& from, const Coverage& asked,
 }
 
 void LeafPairFinder::select(const PairEntries& from, const Coverage& asked, PairEntries& out, bool) {
-    asked.course.stays() ? selectAlong<false>(from, asked, out) : selectAlong<true>(from, asked, out);
+    asked.motion.stays() ? selectAlong<false>(from, asked, out) : selectAlong<true>(from, asked, out);
 }
 
 }  // namespace touchstone

@@ -29,11 +29,13 @@ struct Extent {
     double turned(const Quat& q_OT, const Vec3& turn) const {
         return std::min(reach * turn.norm(), (q_OT.conjugate() * turn).cwiseAbs().dot(about));
     }
-    /// Upper bound on the travel of any point along a course, mm.
-    double length(const Course& course) const { return course.shift.norm() + turned(course.X_OT.q, course.turn); }
+    /// Upper bound on the travel of any point along a motion, mm.
+    double length(const StraightMotion& motion) const {
+        return motion.shift.norm() + turned(motion.X_OT.q, motion.turn);
+    }
 };
-/// Upper bound on the distance of any point from course `from` while the tool follows course `other`, mm.
-double deviation(const Course& from, const Course& other, const Extent& extent);
+/// Upper bound on the distance of any point from motion `from` while the tool follows motion `other`, mm.
+double deviation(const StraightMotion& from, const StraightMotion& other, const Extent& extent);
 
 /// Directions along which eight pairs of features are apart. One feature of a pair is not beyond `offset` along n, and
 /// a and b are points of the other between which all of it lies, each in the frame of its own part, from its center. So
@@ -78,8 +80,8 @@ class Separations {
 };
 
 /// Entries of a tool leaf and a bucket of obstacle leaves, ordered by tool leaf, then bucket; or of two features. They
-/// hold every pair of the coverage. Entries found along a course for margin M hold every pair with gap <= m wherever
-/// the tool deviates from the course by at most M - m, since no gap changes by more than a point moves.
+/// hold every pair of the coverage. Entries found along a motion for margin M hold every pair with gap <= m wherever
+/// the tool deviates from the motion by at most M - m, since no gap changes by more than a point moves.
 struct PairEntries : Coverage {
     /// Maximum number of entries. It bounds the memory (16 bytes an entry in each set) and the time of the longest
     /// search; a tool deep inside an obstacle can exceed it, and the tick is then held (kListOverflow). A start deep
@@ -90,7 +92,7 @@ struct PairEntries : Coverage {
     PairEntries(const SphereTree& tool, const SphereTree& obstacle);
 
     AlignedVector<PairEntry> at;
-    AlignedVector<float> gap;  ///< smallest gap of the entry along the course, mm, to the finder's guard(); of features
+    AlignedVector<float> gap;  ///< smallest gap of the entry along the motion, mm, to the finder's guard(); of features
                                ///< a lower bound
     AlignedVector<float> sum;  ///< smallest sum of the radii in the entry, mm; 1 for features
     Separations apart;         ///< of the first entries; none for leaves
@@ -111,7 +113,7 @@ class PairFinder {
     bool find(const Coverage& asked, PairEntries& out);
     /// Selects the entries of a coverage from entries that are complete for it; `from` may be `out` itself. With
     /// `renew`, pairs of features whose separation no longer keeps them apart are measured again, which pays for
-    /// entries that were found along a long course.
+    /// entries that were found along a long motion.
     void narrow(const PairEntries& from, const Coverage& asked, PairEntries& out, bool renew = false);
     /// Memory for the entries of these parts.
     virtual PairEntries entries() const = 0;
@@ -124,13 +126,13 @@ class PairFinder {
     /// The margin by which entries that cover `have` exceed what is asked, mm; negative if they are not complete for
     /// it.
     double reserve(const Coverage& have, const Coverage& asked) const {
-        return have.within.margin < 0 ? -1 : reserve(have, asked, deviationFrom(have, asked.course));
+        return have.within.margin < 0 ? -1 : reserve(have, asked, deviationFrom(have, asked.motion));
     }
-    /// The same if the deviation of the two courses is known.
+    /// The same if the deviation of the two motions is known.
     double reserve(const Coverage& have, const Coverage& asked, double deviation) const;
-    /// Upper bound on the distance of any point from the course of `have` while the tool follows `course`, mm.
-    double deviationFrom(const Coverage& have, const Course& course) const {
-        return have.course == course ? 0 : deviation(have.course, course, extent_);
+    /// Upper bound on the distance of any point from the motion of `have` while the tool follows `motion`, mm.
+    double deviationFrom(const Coverage& have, const StraightMotion& motion) const {
+        return have.motion == motion ? 0 : deviation(have.motion, motion, extent_);
     }
     /// Bound on the error of a gap in float at this pose, mm.
     virtual float guard(const Pose& X_OT) const = 0;
@@ -168,7 +170,7 @@ class LeafPairFinder final : public PairFinder {
     float guard(const Pose& X_OT) const override { return floatGuard(*tool_, *obstacle_, X_OT); }
 
   private:
-    /// Eight tool leaves in the obstacle's frame, with their paths along the course.
+    /// Eight tool leaves in the obstacle's frame, with their paths along the motion.
     struct Placed {
         simd::Float8 at[3], r, path[3], perPath2;  ///< perPath2: 1 / |path|²
     };
@@ -178,7 +180,7 @@ class LeafPairFinder final : public PairFinder {
 
     bool search(const Coverage& asked, PairEntries& out) override;
     void select(const PairEntries& from, const Coverage& asked, PairEntries& out, bool renew) override;
-    void place(const Course& course, const PairEntries* of = nullptr);
+    void place(const StraightMotion& motion, const PairEntries* of = nullptr);
     template <bool moves>
     int walk(const Coverage& asked);
     template <bool moves>
@@ -192,7 +194,7 @@ class LeafPairFinder final : public PairFinder {
     const SphereTree* obstacle_;
     TreeWalk walk_;
     AlignedVector<PairEntry> found_;       ///< what a walk found, before it is sorted
-    AlignedVector<Placed> placed_;         ///< the tool leaves at the course in use
+    AlignedVector<Placed> placed_;         ///< the tool leaves on the motion in use
     AlignedVector<std::int32_t> offsets_;  ///< of the counting sort, by tool leaf
 };
 
@@ -200,7 +202,7 @@ template <class Visit>
 void PairFinder::forEachWithin(const PairEntries& entries, const Coverage& asked, Visit&& visit) const {
     using namespace simd;
     const Within grown =
-        asked.within.wider(deviationFrom(entries, asked.course) + 2 * double(guard(asked.course.X_OT)));
+        asked.within.wider(deviationFrom(entries, asked.motion) + 2 * double(guard(asked.motion.X_OT)));
     const Float8 margin = splat(float(grown.margin)), most = splat(float(grown.most)),
                  curve = splat(curveInFloat(grown));
     // The indices of the hits of a run are collected before they are visited, since a branch on each entry would be

@@ -15,7 +15,7 @@ class SearchBudget {
         static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::max() / 4;
         /// All searches of a tick, which ends with the linearization that exceeds it. Flights have the first half.
         std::int64_t tick = kNone;
-        std::int64_t flight = kNone;  ///< of one search whether a course is free or anything is near
+        std::int64_t flight = kNone;  ///< of one search whether a motion is free or anything is near
         std::int64_t list = kNone;    ///< of one search for the pairs of a list
     };
 

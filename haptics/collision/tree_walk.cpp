@@ -31,7 +31,7 @@ float floatGuard(const SphereTree& tool, const SphereTree& obstacle, const Pose&
     return float(8 * 0x1p-24 * (extent(tool) + extent(obstacle) + X_OT.p.norm()) + 1e-6);
 }
 
-/// The query in float: the tool's rotation and translation into the obstacle's frame, its course there, and the Within
+/// The query in float: the tool's rotation and translation into the obstacle's frame, its motion there, and the Within
 /// with the float guard added.
 struct TreeWalk::Query {
     float R[3][3], p[3], margin, most, curve;
@@ -80,19 +80,19 @@ TreeWalk::TreeWalk(const SphereTree& tool, const SphereTree& obstacle) : tool_(&
 }
 
 void TreeWalk::runErased(const Coverage& asked, ErasedSink sink, void* context) {
-    const Course& course = asked.course;
+    const StraightMotion& motion = asked.motion;
     Query query{};
-    const Pose& X_OT = course.X_OT;
+    const Pose& X_OT = motion.X_OT;
     const Mat3 R = X_OT.R();
     const Vec3 center = X_OT * tool_->center();
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) query.R[i][j] = float(R(i, j));
         query.p[i] = float(X_OT.p[i]);
-        query.shift[i] = float(course.shift[i]);
-        query.turn[i] = float(course.turn[i]);
+        query.shift[i] = float(motion.shift[i]);
+        query.turn[i] = float(motion.turn[i]);
         query.c[i] = float(center[i]);
     }
-    query.radiusFactor = float(1 + course.turn.norm());
+    query.radiusFactor = float(1 + motion.turn.norm());
     const float guard = floatGuard(*tool_, *obstacle_, X_OT);
     query.margin = float(asked.within.margin) + guard;
     query.most = float(asked.within.most) + guard;
@@ -101,11 +101,11 @@ void TreeWalk::runErased(const Coverage& asked, ErasedSink sink, void* context) 
     query.context = context;
     // Trees that are far apart are rejected in double: in float the squares could overflow, and every pair would pass.
     const float toolRadius = tool_->levels.back().r[0], obstacleRadius = obstacle_->levels.back().r[0];
-    const double near = double(toolRadius) * (1 + course.turn.stableNorm()) + double(obstacleRadius) +
-                        course.shift.stableNorm() + asked.within.most;
+    const double near = double(toolRadius) * (1 + motion.turn.stableNorm()) + double(obstacleRadius) +
+                        motion.shift.stableNorm() + asked.within.most;
     if (!((center - obstacle_->center()).stableNorm() <= near + 1e-6)) return;
     frontiers_[0].tool[0] = frontiers_[0].obstacle[0] = 0;
-    if (course.stays())
+    if (motion.stays())
         descend<false>(query, 0, 1);
     else
         descend<true>(query, 0, 1);

@@ -13,22 +13,24 @@ namespace touchstone {
 /// The motion of a tool for some time: a start pose and a straight path from it. X_OT is the tool node in the
 /// obstacle's frame; `shift` is the translation of the tool's center and `turn` the rotation about it, on the
 /// obstacle's axes: mm, rad.
-struct Course {
+struct StraightMotion {
     Pose X_OT;
     Vec3 shift = Vec3::Zero(), turn = Vec3::Zero();
 
-    Course() = default;
-    Course(const Pose& X_OT_) : X_OT(X_OT_) {}  // NOLINT: a pose converts to the course of a tool that does not move
-    Course(const Pose& X_OT_, const Vec3& shift_, const Vec3& turn_) : X_OT(X_OT_), shift(shift_), turn(turn_) {}
-    /// The course from one pose to another of a tool with this center.
-    static Course between(const Pose& from, const Pose& to, const Vec3& center) {
+    StraightMotion() = default;
+    StraightMotion(const Pose& X_OT_)
+        : X_OT(X_OT_) {}  // NOLINT: a pose converts to the motion of a tool that does not move
+    StraightMotion(const Pose& X_OT_, const Vec3& shift_, const Vec3& turn_)
+        : X_OT(X_OT_), shift(shift_), turn(turn_) {}
+    /// The motion from one pose to another of a tool with this center.
+    static StraightMotion between(const Pose& from, const Pose& to, const Vec3& center) {
         return {from, to * center - from * center, logRotation(to.q * from.q.conjugate())};
     }
-    bool operator==(const Course& other) const {
+    bool operator==(const StraightMotion& other) const {
         return X_OT == other.X_OT && shift == other.shift && turn == other.turn;
     }
     bool stays() const { return shift.isZero(0) && turn.isZero(0); }
-    Course times(double k) const { return {X_OT, k * shift, k * turn}; }
+    StraightMotion times(double k) const { return {X_OT, k * shift, k * turn}; }
     /// The pose at the end, for a tool with this center.
     Pose end(const Vec3& center) const {
         const Quat q = (expRotation(turn) * X_OT.q).normalized();
@@ -55,9 +57,9 @@ struct Within {
     Within wider(double by) const { return {margin + by, curve, most + by, turn}; }
 };
 
-/// The pairs that are within somewhere on the course.
+/// The pairs that are within somewhere on the motion.
 struct Coverage {
-    Course course;
+    StraightMotion motion;
     Within within;
 };
 

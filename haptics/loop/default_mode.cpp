@@ -3,9 +3,9 @@
 //   repeat
 //     rows := as they are at this pose, of features the known contacts that still face each other, of leaves
 //             all pairs that are near                                                                      collectRows
-//     without any, and with the device far: fly straight, as far as the way is free                       fly
+//     without any, and with the device far: fly straight, as far as the path is free                       fly
 //     repeat
-//       x := the increment nearest to the device on the rows, with a drag that makes it short enough      solve
+//       x := the increment nearest to the device on the rows, damped until it is short enough                solve
 //       sweep x over all pairs, a short part of it first: what it crosses becomes rows                    sweep
 //     until x crosses nothing
 //     if x is short or takes back the last step, and a row that carries it stands beside its features:
@@ -52,18 +52,18 @@ constexpr double kLongestStep = 0.25;
 /// Length of the first part that is swept of a step that is more than twice as long. A longer part crosses pairs in
 /// threads that the answer never comes near; a shorter one takes more sweeps.
 constexpr double kFirstPart = 0.03;
-/// Part of the tick's travel that a step with a drag may take. With all of it bunnies hover by 25 µm beside faces that
+/// Part of the tick's travel that a damped step may take. With all of it bunnies hover by 25 µm beside faces that
 /// they have just left.
 constexpr double kOfTravel = 0.95;
 /// All of it, but for rounding.
 constexpr double kAllTravel = 1 - 1e-9;
-/// A dragged step is short enough if what it may be is within these multiples of it, and one or two solves find the
-/// drag. More solves come closer; the rest is cut off.
+/// A damped step is short enough if what it may be is within these multiples of it, and one or two solves find the
+/// damping. More solves come closer; the rest is cut off.
 constexpr double kSlightlyLong = 0.98, kSlightlyShort = 1.1;
-constexpr int kSolvesForDrag = 4;
-/// The tool flies if the device is farther than this many longest steps. A shorter way is swept as fast.
+constexpr int kSolvesForDamping = 4;
+/// The tool flies if the device is farther than this many longest steps. A shorter path is swept as fast.
 constexpr double kFlies = 2;
-/// Maximum turn of a flight, rad: its points may leave their straight ways by reach x turn²/2, which ends it early.
+/// Maximum turn of a flight, rad: its points may leave their straight paths by reach x turn²/2, which ends it early.
 constexpr double kTurnOfFlight = 0.2;
 /// Factor by which the steps of a tick become shorter if the pairs of one are too many to be found or crossed.
 constexpr double kShortenedBy = 16;
@@ -117,7 +117,7 @@ class DefaultTick {
         Held,     ///< no forces with friction were found
     };
 
-    Course course(int k, const Vec6& x) const;
+    StraightMotion motion(int k, const Vec6& x) const;
     double allowed(const Vec6& x, double ofTravel) const;
     bool collectRows();
     bool appendRows(bool all);
@@ -126,7 +126,7 @@ class DefaultTick {
     double freePartOf(const Vec6& x);
     bool fly(const Vec6& wanted);
     Found findStep(const Vec6& wanted, Vec6& x);
-    SolveStatus solveOnRows(const Vec6& wanted, double drag, Vec6& x);
+    SolveStatus solveOnRows(const Vec6& wanted, double damping, Vec6& x);
     bool solve(const Vec6& wanted, Vec6& x);
     bool takesBack(const Vec6& x) const;
     bool joinLastRows();
@@ -162,11 +162,11 @@ class DefaultTick {
     bool ofFeatures_ = false, ofLeaves_ = false;  ///< the tool touches an obstacle by their meshes, their spheres
     double longest_ = kLongestStep;
     double travel_ = INFINITY, shift_ = INFINITY;  ///< that all points and C may still make in this tick, mm
-    double drag_ = 0;                              ///< of the last dragged step, N/mm
+    double damping_ = 0;                           ///< of the last damped step, N/mm
     Vec6 last_ = Vec6::Zero();                     ///< the last step
     int screened_ = 0;                             ///< rows that the last solve was given
     Vec6 rendered_ = Vec6::Zero();                 ///< the answer of the solver, before an approximate one is projected
-    Vec6 undragged_ = Vec6::Zero();                ///< that before the drag
+    Vec6 undamped_ = Vec6::Zero();                 ///< the same without damping
     int steps_ = 0, returns_ = 0;
     int pairs_ = 0;                                      ///< that the rows of this pose stand for
     int pressed_ = 0;                                    ///< steps that ended on contacts
@@ -189,7 +189,7 @@ DefaultTick::DefaultTick(Tick& tick, const Pose& device)
       device_(device),
       friction_(tick),
       exact_(friction_.any() || findSolver(settings_.solver)->exact) {
-    for (int k = 0; k < int(state_.lists.size()); ++k) state_.lists[k]->expect(state_.courses[k]);
+    for (int k = 0; k < int(state_.lists.size()); ++k) state_.lists[k]->expect(state_.motions[k]);
     for (const ContactList* list : state_.lists) (list->ofFeatures() ? ofFeatures_ : ofLeaves_) = true;
     if (ofLeaves_) longest_ = settings_.trust;
     for (const std::uint64_t id : state_.touching.span()) known_.add(id);
@@ -198,23 +198,23 @@ DefaultTick::DefaultTick(Tick& tick, const Pose& device)
     if (!state_.loaded) return;
     mostPressed_ = linearizationsOf(settings_, ofFeatures_ ? Geometry::Mesh : Geometry::Spheres);
     // What a tool in contact travels beyond its device bounds how fast the force drops where it slips off. The force is
-    // that of the way of C, which must not leap where a device only spins.
+    // that of the path of C, which must not leap where a device only spins.
     const Vec6 ofDevice = incrementBetween(state_.device, device_);
     const double allowance = settings_.travelBudget * 1000 / settings_.rate + state_.obstacleTravel;
     travel_ = state_.lengthOf(ofDevice) + allowance;
     shift_ = ofDevice.head<3>().norm() + allowance;
 }
 
-Course DefaultTick::course(int k, const Vec6& x) const {
+StraightMotion DefaultTick::motion(int k, const Vec6& x) const {
     if (k == state_.pushing)
-        return Course::between(state_.before(k, state_.graphic), state_.inObstacle(k, moved(state_.graphic, x)),
-                               state_.p_TC);
+        return StraightMotion::between(state_.before(k, state_.graphic), state_.inObstacle(k, moved(state_.graphic, x)),
+                                       state_.p_TC);
     const auto R_OW = state_.R_WO[k].transpose();
     return {state_.inObstacle(k, state_.graphic), R_OW * x.head<3>(), R_OW * x.tail<3>()};
 }
 
 /// The multiple of x that a step may be. Its turn is so small that no point is farther than a quarter of the distance
-/// that is kept from the straight way on which it is swept.
+/// that is kept from the straight path on which it is swept.
 double DefaultTick::allowed(const Vec6& x, double ofTravel) const {
     return std::min(
         {HUGE_VAL, std::min(longest_, ofTravel * travel_) / state_.lengthOf(x), ofTravel * shift_ / x.head<3>().norm(),
@@ -289,40 +289,40 @@ void DefaultTick::appendFacing(int k, Pairs& facing) {
     }
 }
 
-/// The part of the way x that is free, as far as the tick may travel. The turn of a flight is bounded.
+/// The part of the increment x that is free, as far as the tick may travel. The turn of a flight is bounded.
 double DefaultTick::freePartOf(const Vec6& x) {
     const double length = state_.lengthOf(x), turn = x.tail<3>().norm();
     const double most =
         std::min({1.0, travel_ / length, shift_ / x.head<3>().norm(), kTurnOfFlight / std::max(turn, kTurnOfFlight)});
     double part = most;
-    for (int k = 0; k < int(state_.lists.size()); ++k) part = state_.lists[k]->freeShare(course(k, x), part);
+    for (int k = 0; k < int(state_.lists.size()); ++k) part = state_.lists[k]->freeShare(motion(k, x), part);
     return part < most ? part - kFelt / length : part;
 }
 
-/// Flies straight to the device, as far as the way is free. Where it is not, the tool translates first and turns
+/// Flies straight to the device, as far as the path is free. Where it is not, the tool translates first and turns
 /// afterwards, since a turn ends a flight early. Returns whether it flew farther than a step.
 bool DefaultTick::fly(const Vec6& wanted) {
     if (!flies_ || state_.pushing >= 0 || state_.rows.size() > 0 || state_.lengthOf(wanted) <= kFlies * longest_)
         return false;
     const std::uint64_t start = tick_.now();
-    Vec6 way = wanted;
-    double part = freePartOf(way);
-    if (part < 1 && way.head<3>().norm() > longest_) {
+    Vec6 x = wanted;
+    double part = freePartOf(x);
+    if (part < 1 && x.head<3>().norm() > longest_) {
         Vec6 shift = wanted;
         shift.tail<3>().setZero();
         const double ofShift = freePartOf(shift);
-        if (ofShift * state_.lengthOf(shift) > part * state_.lengthOf(way)) {
-            way = shift;
+        if (ofShift * state_.lengthOf(shift) > part * state_.lengthOf(x)) {
+            x = shift;
             part = ofShift;
         }
     }
     tick_.addTime(tick_.record.collisionUs, start);
-    flies_ = part * state_.lengthOf(way) > longest_;
+    flies_ = part * state_.lengthOf(x) > longest_;
     if (!flies_) return false;
     state_.contacts.clear();
     state_.forces.clear();
     capped_ = part < 1;
-    move(part * way, wanted);
+    move(part * x, wanted);
     return true;
 }
 
@@ -367,25 +367,25 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Vec6& x) {
     }
 }
 
-SolveStatus DefaultTick::solveOnRows(const Vec6& wanted, double drag, Vec6& x) {
+SolveStatus DefaultTick::solveOnRows(const Vec6& wanted, double damping, Vec6& x) {
     if (state_.rows.size() == 0) {
         state_.contacts.clear();
         state_.forces.clear();
         screened_ = 0;
-        x = tick_.problemOf(wanted, drag).wanted;
+        x = tick_.problemOf(wanted, damping).wanted;
         return SolveStatus::Solved;
     }
     if (!friction_.any()) {
-        const Tick::Solved solved = tick_.solve(wanted, longest_, drag);
+        const Tick::Solved solved = tick_.solve(wanted, longest_, damping);
         x = solved.x;
         rendered_ = solved.rendered;
         screened_ = solved.rows;
         slack_ = solved.slack;
         return solved.status;
     }
-    const ContactForces::Result result = friction_.solve(wanted, drag);
-    // No forces hold the tool with that drag: the step is a part of the answer before.
-    if (drag > 0 && result.status == SolveStatus::Solved && result.friction == FrictionStatus::None)
+    const ContactForces::Result result = friction_.solve(wanted, damping);
+    // No forces hold the tool with this much damping: the step is a part of the answer before.
+    if (damping > 0 && result.status == SolveStatus::Solved && result.friction == FrictionStatus::None)
         return result.status;
     x = rendered_ = result.x;
     screened_ = state_.rows.size();
@@ -399,21 +399,21 @@ SolveStatus DefaultTick::solveOnRows(const Vec6& wanted, double drag, Vec6& x) {
     return onto.status;
 }
 
-/// Finds the increment nearest to the device on the rows. If it is longer than a step may be, a drag λ(|δp|² +
+/// Finds the increment nearest to the device on the rows. If it is longer than a step may be, damping λ(|δp|² +
 /// ρ²|δθ|²)/2 makes it as long: the tool then follows the surfaces, where a part of the increment would lead through
 /// free space. Returns false if there is none.
 bool DefaultTick::solve(const Vec6& wanted, Vec6& x) {
     beside_ = capped_ = false;
     share_ = 1;
     SolveStatus status = SolveStatus::Solved;
-    const auto nearest = [&](double drag) {
-        status = solveOnRows(wanted, drag, x);
+    const auto nearest = [&](double damping) {
+        status = solveOnRows(wanted, damping, x);
         // Where leaves overlap, the softened answer leads out.
         if (status == SolveStatus::Elastic && !(ofLeaves_ && !deepens(std::min(1.0, allowed(x, kAllTravel)) * x))) {
             // With no negative gap the tool can stay where it is, and no answer deepens what is too near.
             tick_.record.flags |= kNotDeeper;
             for (int i = 0; i < state_.rows.size(); ++i) state_.rows.gap()[i] = std::max(0.0, state_.rows.gap()[i]);
-            status = solveOnRows(wanted, drag, x);
+            status = solveOnRows(wanted, damping, x);
             share_ = 0;
         }
         if (status != SolveStatus::Elastic) slack_ = 0;
@@ -421,21 +421,21 @@ bool DefaultTick::solve(const Vec6& wanted, Vec6& x) {
     };
     if (!nearest(0)) return false;
     if (friction_.failed()) return true;
-    undragged_ = rendered_;
+    undamped_ = rendered_;
     double share = allowed(x, kOfTravel);
     if (share >= kSlightlyLong) return true;
     capped_ = true;
-    // Where the tool may not travel any more, no drag is large enough.
-    const int solves = share * state_.lengthOf(x) < kFelt || status == SolveStatus::Elastic ? 0 : kSolvesForDrag;
+    // Where the tool may not travel any more, no damping is strong enough.
+    const int solves = share * state_.lengthOf(x) < kFelt || status == SolveStatus::Elastic ? 0 : kSolvesForDamping;
     // For a free tool the answer is that of the springs times γ/(γ + λ).
-    double drag = 0;
+    double damping = 0;
     for (int i = 0; i < solves && !(share >= kSlightlyLong && share <= kSlightlyShort); ++i) {
         const double gamma = x.dot(tick_.stiffness().cwiseProduct(x)) / x.dot(state_.metric().cwiseProduct(x));
-        drag = i == 0 && drag_ > 0 ? drag_ : std::max(0.0, (drag + gamma) / share - gamma);
-        if (!nearest(drag)) return false;
+        damping = i == 0 && damping_ > 0 ? damping_ : std::max(0.0, (damping + gamma) / share - gamma);
+        if (!nearest(damping)) return false;
         share = allowed(x, kOfTravel);
     }
-    drag_ = drag;
+    damping_ = damping;
     const double part = std::clamp(allowed(x, kAllTravel), 0.0, 1.0);
     x *= part;
     share_ *= part;
@@ -469,7 +469,7 @@ bool DefaultTick::completeLists(const Vec6& x) {
     for (int k = 0; k < int(state_.lists.size()); ++k) {
         ContactList& list = *state_.lists[k];
         const double margin = state_.lengthOf(x);
-        const Coverage asked = list.crossing(course(k, x), margin);
+        const Coverage asked = list.crossing(motion(k, x), margin);
         Coverage all{state_.inObstacle(k, state_.graphic), margin + list.distance()};
         all.within.turn = asked.within.turn;
         if (k != state_.pushing && list.isComplete(all)) continue;
@@ -614,16 +614,16 @@ void DefaultTick::move(const Vec6& x, const Vec6& wanted) {
     pressed_ += state_.lastRows.size() > 0;
 }
 
-/// Once a tick. With friction, the contacts are those of the last solve, which must not be one with a drag.
+/// Once a tick. With friction, the contacts are those of the last solve, which must not be damped.
 void DefaultTick::runShadow(const Vec6& wanted) {
     if (settings_.shadow == kNoSolver || shadowed_ || state_.rows.size() == 0) return;
     if (!friction_.any()) {
-        tick_.runShadow(tick_.problemOf(wanted), undragged_);
+        tick_.runShadow(tick_.problemOf(wanted), undamped_);
     } else {
         const auto contacts = state_.forces.contacts();
         if (capped_ || contacts.empty()) return;
         const bool exact = findFrictionSolver(settings_.frictionSolver)->exact;
-        tick_.runFrictionShadow({tick_.stiffness(), wanted, contacts}, undragged_, exact);
+        tick_.runFrictionShadow({tick_.stiffness(), wanted, contacts}, undamped_, exact);
     }
     shadowed_ = true;
 }
@@ -634,7 +634,7 @@ bool DefaultTick::run(Wrench& wrench) {
     bool arrived = false, stuck = false;
     while (!arrived && !stuck && !isSpent()) {
         if (steps_ >= 2)  // In a tick of many steps the last one predicts the next better than the last tick does.
-            for (int k = 0; k < int(state_.lists.size()); ++k) state_.lists[k]->expect(course(k, last_));
+            for (int k = 0; k < int(state_.lists.size()); ++k) state_.lists[k]->expect(motion(k, last_));
         const Vec6 wanted = incrementBetween(state_.graphic, device_);
         state_.rows.clear();
         // The pairs that are near need not be known for a flight.
@@ -676,8 +676,8 @@ bool DefaultTick::run(Wrench& wrench) {
     if (friction_.any()) friction_.record();
     for (int k = 0; k < int(state_.lists.size()); ++k) {
         const Pose X_OT = state_.inObstacle(k, state_.graphic);
-        state_.courses[k] = Course::between(state_.courses[k].X_OT, X_OT, state_.p_TC);
-        state_.courses[k].X_OT = X_OT;
+        state_.motions[k] = StraightMotion::between(state_.motions[k].X_OT, X_OT, state_.p_TC);
+        state_.motions[k].X_OT = X_OT;
     }
     if (!friction_.failed()) wrench = tick_.coupling(incrementBetween(device_, state_.graphic));
     return true;

@@ -81,8 +81,8 @@ bool godObjectTick(Tick& tick, const Pose& device, Wrench& wrench) {
         double share = std::min(1.0, maxTurn / std::max(turn, 1e-300));
         for (int k = 0; k < int(s.lists.size()); ++k) {
             const auto R_OW = s.R_WO[k].transpose();
-            const Course course{s.inObstacle(k, s.graphic), R_OW * x.head<3>(), R_OW * x.tail<3>()};
-            share = s.lists[k]->freeShare(course, share);
+            const StraightMotion motion{s.inObstacle(k, s.graphic), R_OW * x.head<3>(), R_OW * x.tail<3>()};
+            share = s.lists[k]->freeShare(motion, share);
         }
         tick.addTime(record.collisionUs, start);
         // In front of a new pair it stays so far away that rounding cannot take it inside.

@@ -130,7 +130,7 @@ Settings HapticLoop::Impl::checked(const Settings& settings) const {
 std::unique_ptr<Session> HapticLoop::Impl::makeSession(std::shared_ptr<const World> world, const Settings& settings,
                                                        std::unique_ptr<Device> device) const {
     auto session = std::make_unique<Session>(std::move(world), checked(settings), std::move(device));
-    if (options_.helper) session->keeper = std::make_unique<NeighborListWorker>(*session->world);
+    if (options_.listWorker) session->listWorker = std::make_unique<NeighborListWorker>(*session->world);
     return session;
 }
 

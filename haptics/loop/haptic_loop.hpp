@@ -24,7 +24,7 @@ struct LoopOptions {
     RealTimeOptions realTime;
     std::size_t ringCapacity = 1 << 14;  ///< ticks: 16 s at 1 kHz
     WorkShares shares;
-    bool helper = std::thread::hardware_concurrency() > 1;  ///< run a NeighborListWorker for each session
+    bool listWorker = std::thread::hardware_concurrency() > 1;  ///< run a NeighborListWorker for each session
     /// Time without a tick after which the forces of a device with engaged motors are released, ms; 0: never. A shorter
     /// time can release them during a pause of the system; with a longer one a hung loop holds its last force longer.
     double watchdogMs = 250;

@@ -11,28 +11,31 @@ namespace {
 
 // These constants change the time of a tick and never its result.
 
-/// A new search begins when the published course covers less than this time ahead: kLeadMs plus kLeadPerSearch times
-/// the duration of the last search. With less time a search ends after its entries are needed, and the tick has to
-/// search itself; with more time searches are more frequent.
+/// A new search begins when the motion of the published list ends in less than this time: kLeadMs plus kLeadPerSearch
+/// times the duration of the last search. With less time a search ends after its entries are needed, and the tick has
+/// to search itself; with more time searches are more frequent.
 constexpr double kLeadMs = 2, kLeadPerSearch = 2;
-/// Time that a course covers beyond that lead, ms. A longer time makes longer lists, of which a tick tests more
-/// entries; a shorter one searches more often. Chosen by measurement on the splined peg, where 6 ms was slower.
+/// Time by which the motion searched is longer than that lead, ms. A longer time makes longer lists, of which a tick
+/// tests more entries; a shorter one searches more often. Chosen by measurement on the splined peg, where 6 ms was
+/// slower.
 constexpr double kUseMs = 2;
-/// Maximum length of a course, mm, between spheres and between meshes: the upper bound on the size of its list for a
-/// fast tool. With a longer one the tick selects from more entries, of which few lie where the tool goes; with a
-/// shorter one it searches more often itself. Between meshes, 2.5 mm take up to a third more time, most in a nut.
-constexpr double kMaxCourse = 2.5, kMaxMeshCourse = 1.2;
-/// A new search also begins when this fraction of the slack is used up by deviation from the course. A larger fraction
+/// Maximum length of the motion searched, mm, between spheres and between meshes: the upper bound on the size of its
+/// list for a fast tool. With a longer one the tick selects from more entries, of which few lie where the tool goes;
+/// with a shorter one it searches more often itself. Between meshes, 2.5 mm take up to a third more time, most in a
+/// nut.
+constexpr double kMaxLength = 2.5, kMaxMeshLength = 1.2;
+/// A new search also begins when this fraction of the slack is used up by deviation from the motion. A larger fraction
 /// leaves less time for the search; a smaller one searches more often.
 constexpr double kUsedSlack = 0.4;
 /// Between meshes a search has twice the slack if the last one found fewer entries than this. With a larger number the
 /// sets of fits become larger; with a smaller one the tick searches more often itself.
 constexpr int kSparse = 1000;
-/// The tool rests if it travels less than this fraction of the slack in a tick. The long course that brought it there
-/// is then replaced, since most of its entries would be tested in vain.
+/// The tool rests if it travels less than this fraction of the slack in a tick. The list of the long motion that
+/// brought it there is then replaced, since most of its entries would be tested in vain.
 constexpr double kResting = 0.02;
-/// Maximum deviation of the tool from the straight course through its earlier pose, as a fraction of the slack. If it
-/// deviates less, the course begins at that earlier pose. A larger fraction uses up slack that later motion needs.
+/// Maximum deviation of the tool from the straight motion through its earlier pose, as a fraction of the slack. If it
+/// deviates less, the motion searched begins at that earlier pose. A larger fraction uses up slack that later motion
+/// needs.
 constexpr double kStraight = 0.25;
 /// Pause between looks at the mailbox, in ticks, and its minimum in ms. The thread polls, so that no tick has to wake
 /// it. A longer pause uses older poses; a shorter one costs processor time.
@@ -107,27 +110,27 @@ void NeighborListWorker::serve(const Message& message) {
         const Vec3& center = extent.center;
         const bool sparse = finder.ofFeatures() && part->found < kSparse;
         const double slack = finder.slack(r.slack) * (sparse ? 2 : 1);
-        Course tick = Course::between(message.X_OT_before[k], X_OT, center);
+        StraightMotion tick = StraightMotion::between(message.X_OT_before[k], X_OT, center);
         tick.X_OT = X_OT;
-        const double most = finder.ofFeatures() ? kMaxMeshCourse : kMaxCourse;
+        const double most = finder.ofFeatures() ? kMaxMeshLength : kMaxLength;
         const double maxTicks = most / std::max(extent.length(tick), 1e-9);
-        const Course string = Course::between(part->trailing, X_OT, center);
+        const StraightMotion string = StraightMotion::between(part->trailing, X_OT, center);
         const double length = extent.length(string);
         if (length > slack) part->trailing = string.times(1 - slack / length).end(center);
-        // A tool in a close fit moves back and forth. Its course begins at the trailing pose if the whole motion lies
-        // on one straight path.
-        const auto courseFor = [&](double ms) {
-            const Course ahead = tick.times(std::min(ms / r.tickMs, maxTicks));
-            const Course whole = Course::between(part->trailing, ahead.end(center), center);
-            return deviation(whole, X_OT, extent) <= kStraight * slack ? whole : ahead;
+        // A tool in a close fit moves back and forth. The motion searched begins at the trailing pose if all of it
+        // lies on one straight path.
+        const auto motionFor = [&](double ms) {
+            const StraightMotion expected = tick.times(std::min(ms / r.tickMs, maxTicks));
+            const StraightMotion whole = StraightMotion::between(part->trailing, expected.end(center), center);
+            return deviation(whole, X_OT, extent) <= kStraight * slack ? whole : expected;
         };
         const double leadMs = kLeadMs + kLeadPerSearch * part->findMs;
-        const Course next = courseFor(leadMs + kUseMs);
-        // The course that brought a resting tool to its pose is too long, see kResting.
+        const StraightMotion next = motionFor(leadMs + kUseMs);
+        // The motion that brought a resting tool here is too long, see kResting.
         const bool tooLong = extent.length(tick) < kResting * slack &&
-                             extent.length(part->published.course) > extent.length(next) + slack;
+                             extent.length(part->published.motion) > extent.length(next) + slack;
         const double left =
-            part->publisher != &finder ? -1 : finder.reserve(part->published, {courseFor(leadMs), r.within});
+            part->publisher != &finder ? -1 : finder.reserve(part->published, {motionFor(leadMs), r.within});
         if (!tooLong && left >= (1 - kUsedSlack) * part->slack) continue;
         PairEntries& entries = part->entries.back();
         // The entries must serve steps as long as trust allows.

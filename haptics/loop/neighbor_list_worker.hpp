@@ -1,5 +1,5 @@
 #pragma once
-// A second thread that walks the trees ahead of the tool, which saves this work in the ticks.
+// The list worker: a thread that finds near pairs along the predicted motion, which saves the ticks this work.
 #include <atomic>
 #include <span>
 #include <thread>

@@ -123,7 +123,7 @@ TickRecord step(const World& world, const Settings& settings, const TickInput& i
         state.touching.clear();
     }
     if (settings.mode != Mode::Default) {  // what default mode remembers of its last tick
-        for (int k = 0; k < int(state.courses.size()); ++k) state.courses[k] = state.inObstacle(k, state.graphic);
+        for (int k = 0; k < int(state.motions.size()); ++k) state.motions[k] = state.inObstacle(k, state.graphic);
     }
     state.forces.endTick();
     state.graphic.q = withSignOf(before, state.graphic.q);

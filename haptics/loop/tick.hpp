@@ -109,7 +109,7 @@ struct TickRecord {
     double shadowForceError = 0, shadowTorqueError = 0;  ///< N, mN·m, against the exact answer on the same rows
 
     double collisionUs = 0, solveUs = 0, shadowUs = 0, totalUs = 0;  ///< not part of the hash; the caller sets totalUs
-    double helperUs = 0;         ///< processor time of the neighbor list thread; set by the caller
+    double listWorkerUs = 0;                                         ///< CPU time of the list worker; set by the caller
     double periodUs = 0;         ///< time since the previous tick began; set by the loop, 0 without a clock
     std::uint64_t overruns = 0;  ///< number of late ticks before this one; set by the loop
 };

@@ -164,18 +164,18 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
 
     const TickInput input{X_WT_device_, session.state.nextMove(session.X_WO)};
     StepOptions options{.clock = clocks.stage, .audit = audit};
-    if (session.keeper) options.entries = session.keeper->newest();
+    if (session.listWorker) options.entries = session.listWorker->newest();
     const double start = clocks.cpuMicroseconds ? clocks.cpuMicroseconds() : 0;
     TickRecord record = step(*session.world, effective, input, session.state, options);
     if (clocks.cpuMicroseconds) record.totalUs = clocks.cpuMicroseconds() - start;
-    if (session.keeper) {
-        record.helperUs = session.keeper->takeCpuUs();
-        session.keeper->request({.tickMs = 1000 / settings().rate,
-                                 .within = askedPairs(session.state),
-                                 .trust = effective.trust,
-                                 .slack = std::max(effective.slack, effective.trust),
-                                 .geometry = geometryOf(effective)},
-                                record.X_WT, session.state.obstacles());
+    if (session.listWorker) {
+        record.listWorkerUs = session.listWorker->takeCpuUs();
+        session.listWorker->request({.tickMs = 1000 / settings().rate,
+                                     .within = askedPairs(session.state),
+                                     .trust = effective.trust,
+                                     .slack = std::max(effective.slack, effective.trust),
+                                     .geometry = geometryOf(effective)},
+                                    record.X_WT, session.state.obstacles());
     }
     X_WT_tool_ = record.X_WT;
 

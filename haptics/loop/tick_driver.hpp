@@ -28,9 +28,9 @@ struct Session {
     std::unique_ptr<Device> device;
     TickState state;
     SafetyStage safety;
-    std::vector<Pose> X_WO;                      ///< target poses of the obstacles
-    std::unique_ptr<NeighborListWorker> keeper;  ///< finds lists ahead of the ticks; null: ticks find their own
-    std::uint64_t number;                        ///< chosen by the owner to tell sessions apart
+    std::vector<Pose> X_WO;                          ///< target poses of the obstacles
+    std::unique_ptr<NeighborListWorker> listWorker;  ///< finds lists ahead of the ticks; null: ticks find their own
+    std::uint64_t number;                            ///< chosen by the owner to tell sessions apart
 };
 
 /// Optional clocks; none of them changes the result of step().

@@ -31,20 +31,20 @@ RowContacts::Place TickFriction::placeOf(std::uint64_t id, bool restarted) const
     const auto movedFrom = [&](const Pose& from) {
         return from == X_OT ? Vec3::Zero() : Vec3(state_.R_WO[k] * (p_O - from * p_T));
     };
-    const Pose& start = state_.courses[k].X_OT;
+    const Pose& start = state_.motions[k].X_OT;
     const bool moves = state_.obstacleTravel > 0 && k == state_.lastMoved;
     return {state_.X_WO[k] * p_O - state_.graphic.p, movedFrom(restarted ? state_.inObstacle(k, restart_) : start),
             friction.atRest, friction.sliding, moves ? movedFrom(start) : Vec3::Zero()};
 }
 
-ContactForces::Result TickFriction::solve(const Vec6& wanted, double drag) {
+ContactForces::Result TickFriction::solve(const Vec6& wanted, double damping) {
     const std::uint64_t start = tick_.now();
     const bool exact = findFrictionSolver(settings_.frictionSolver)->exact;
     FrictionSolver& solver = *named(state_.frictionRenderers, settings_.frictionSolver);
     solver.limitWork(settings_.solverWork);
-    const ContactForces::Result result = state_.forces.solve(tick_.problemOf(wanted, drag), solverSettings(settings_),
-                                                             *this, *state_.projector, solver, exact);
-    if (drag == 0) failed_ = result.status == SolveStatus::Solved && result.friction == FrictionStatus::None;
+    const ContactForces::Result result = state_.forces.solve(
+        tick_.problemOf(wanted, damping), solverSettings(settings_), *this, *state_.projector, solver, exact);
+    if (damping == 0) failed_ = result.status == SolveStatus::Solved && result.friction == FrictionStatus::None;
     TickRecord& record = tick_.record;
     record.iterations += result.iterations;
     if (exact) evaluations_ += result.iterations;

@@ -6,17 +6,17 @@ namespace touchstone {
 
 /// Finds the forces on the state's rows by Coulomb's law. The slip of a contact counts since the tick began and not
 /// since its last step, or from where the tool was when an answer was found only by counting from there.
-/// Pre: until record() the courses are those of the tick's start, as everywhere in a tick.
+/// Pre: until record() the motions are those of the tick's start, as everywhere in a tick.
 class TickFriction final : RowContacts {
   public:
     explicit TickFriction(Tick& tick);
 
     /// Whether there is any in this tick.
     bool any() const { return any_; }
-    /// The answer nearest to `wanted` on the state's rows, with a drag on the tool, see Tick::problemOf(). Keeps the
+    /// The answer nearest to `wanted` on the state's rows, with damping of the tool, see Tick::problemOf(). Keeps the
     /// contacts that carry load.
-    ContactForces::Result solve(const Vec6& wanted, double drag = 0);
-    /// Whether the last solve without a drag found no forces.
+    ContactForces::Result solve(const Vec6& wanted, double damping = 0);
+    /// Whether the last solve without damping found no forces.
     bool failed() const { return failed_; }
     /// Whether the solves of this tick have taken so long that it must end.
     bool isSpent() const;

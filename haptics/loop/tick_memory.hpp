@@ -108,12 +108,13 @@ struct TickState::Impl {
     // Remembered from tick to tick.
     std::uint64_t tick = 0;
     Pose graphic, device;
-    Wrench wrench;                ///< of the last tick, about C
-    ContactForces forces;         ///< with friction
-    bool loaded = false;          ///< the last tick put force on the hand (Tick::loaded)
-    std::vector<Course> courses;  ///< by obstacle: where the last tick left the graphic tool, and its motion to there
-    TouchingPairs touching;       ///< that carried force in the last step
-    Within asked;                 ///< the pairs that this tick asked its lists for; a negative margin: none
+    Wrench wrench;         ///< of the last tick, about C
+    ContactForces forces;  ///< with friction
+    bool loaded = false;   ///< the last tick put force on the hand (Tick::loaded)
+    std::vector<StraightMotion>
+        motions;             ///< by obstacle: where the last tick left the graphic tool, and its motion to there
+    TouchingPairs touching;  ///< that carried force in the last step
+    Within asked;            ///< the pairs that this tick asked its lists for; a negative margin: none
 
     Pose referencePose(const Pose& X_WT) const { return {X_WT * p_TC, X_WT.q}; }
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }
@@ -172,17 +173,18 @@ struct Tick {
     }
     /// Adds status, iterations and residuals of a solve to the record.
     void note(const SolveResult& result);
-    /// The problem of the increment nearest to `target` on the state's rows. drag: on the tool, N/mm in the metric().
-    QpProblem problemOf(const Vec6& target, double drag = 0) const;
+    /// The problem of the increment nearest to `target` on the state's rows. damping: of the tool, N/mm in the
+    /// metric().
+    QpProblem problemOf(const Vec6& target, double damping = 0) const;
     struct Solved {
         Vec6 x, rendered;  ///< `rendered`: x before a projection
         SolveStatus status = SolveStatus::Invalid;
         double slack = 0;
         int rows = 0;  ///< after screening
     };
-    /// Solves problemOf(target, drag) with the rendering solver, and keeps the contacts that carry load. An approximate
-    /// answer is projected onto the rows. trust: of the step, mm, for the screening.
-    Solved solve(const Vec6& target, double trust, double drag = 0);
+    /// Solves problemOf(target, damping) with the rendering solver, and keeps the contacts that carry load. An
+    /// approximate answer is projected onto the rows. trust: of the step, mm, for the screening.
+    Solved solve(const Vec6& target, double trust, double damping = 0);
     /// Moves an approximate answer onto the state's rows.
     SolveResult project(const Vec6& x);
     /// Runs the shadow on the problem; `rendered` is the rendering solver's answer to it.

@@ -30,15 +30,15 @@ void Tick::note(const SolveResult& result) {
     record.kkt.complementarity_mJ = std::max(record.kkt.complementarity_mJ, result.kkt.complementarity_mJ);
 }
 
-QpProblem Tick::problemOf(const Vec6& target, double drag) const {
-    if (drag == 0) return {stiffness(), target, &state.rows};
-    // A drag is a spring to where the tool is, and two springs pull as one to a place between theirs.
-    const Vec6 G = stiffness() + drag * state.metric();
+QpProblem Tick::problemOf(const Vec6& target, double damping) const {
+    if (damping == 0) return {stiffness(), target, &state.rows};
+    // Damping is a spring to where the tool is, and two springs pull as one to a place between theirs.
+    const Vec6 G = stiffness() + damping * state.metric();
     return {G, stiffness().cwiseProduct(target).cwiseQuotient(G), &state.rows};
 }
 
-Tick::Solved Tick::solve(const Vec6& target, double trust, double drag) {
-    const QpProblem problem = problemOf(target, drag);
+Tick::Solved Tick::solve(const Vec6& target, double trust, double damping) {
+    const QpProblem problem = problemOf(target, damping);
     const SolverSettings limits = solverSettings(settings);
     const bool exact = findSolver(settings.solver)->exact;
 

@@ -47,7 +47,7 @@ TickState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
     reference = findSolver(kExactSolver)->make(kRowCapacity);
     deepest.reserve(kPaperRowCapacity);
     shadowOrder.resize(kRowCapacity);
-    courses.resize(w.obstacles.size());
+    motions.resize(w.obstacles.size());
     contacts.reserve(kRowCapacity);
 }
 
@@ -75,7 +75,7 @@ void TickState::begin(const TickStart& start, std::span<const Pose> X_WO) noexce
     s.device.q = withSignOf(s.graphic.q, s.device.q);
     s.loaded = start.loadedBefore;
     s.asked = {};
-    for (std::size_t k = 0; k < s.courses.size(); ++k) s.courses[k] = s.inObstacle(int(k), s.graphic);
+    for (std::size_t k = 0; k < s.motions.size(); ++k) s.motions[k] = s.inObstacle(int(k), s.graphic);
     s.lastMoved = 0;
     std::fill(s.paces.begin(), s.paces.end(), 1);
     s.contacts.clear();

@@ -10,7 +10,7 @@ namespace touchstone {
 
 /// What the searches of a tick may do. A test takes some 20 ns. The bundled motions take up to 320,000 tests a tick,
 /// and 130,000 in one search; an M16 thread of 40,000 triangles takes 170,000 for a list. A jump beside a thread or a
-/// gear, where a course of millimeters sweeps most of two meshes, would take ten million. With larger limits such ticks
+/// gear, where a motion of millimeters sweeps most of two meshes, would take ten million. With larger limits such ticks
 /// become longer; with smaller ones flights end earlier and take more ticks, and with a list below what a step of a
 /// micrometer needs a dense thread can neither be turned nor felt.
 inline constexpr SearchBudget::Limits kSearchLimits{.tick = 3 << 18, .flight = 1 << 17, .list = 1 << 18};

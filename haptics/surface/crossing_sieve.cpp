@@ -29,19 +29,19 @@ CrossingSieve::CrossingSieve(const Surface& tool, const Surface& obstacle, const
       rise_(guard + float(inside > 0 ? inside + least : 0)),
       turn_(float(turn + (inside > 0 ? kLean : 0)) * 1.00001f + 1e-8f) {}
 
-/// Which of these vertices may cross their face, on these ways in a frame that turns by this angle.
+/// Which of these vertices may cross their face, on these paths in a frame that turns by this angle.
 TOUCHSTONE_INLINE Mask CrossingSieve::crosses(const Vec8& from, const Vec8& to, const FaceLanes& face,
                                               float turn) const {
-    const Vec8 corners[3] = {face.a, face.b, face.c}, way = to - from;
-    const Float8 before = dot(face.normal, from - face.a), change = dot(face.normal, way);
+    const Vec8 corners[3] = {face.a, face.b, face.c}, path = to - from;
+    const Float8 before = dot(face.normal, from - face.a), change = dot(face.normal, path);
     Int8 may = (before + change < least_) & (change <= rise_) & (before >= -behind_);
     if (!toMask(may)) return 0;
     Float8 enters = splat(0.0f), leaves = splat(1.0f);
-    const Float8 off = behind_ + float(sagOf(turn, 1)) * simd::sqrt(dot(way, way));
+    const Float8 off = behind_ + float(sagOf(turn, 1)) * simd::sqrt(dot(path, path));
     for (int k = 0; k < 3; ++k) {
         const Vec8 side = corners[(k + 1) % 3] - corners[k], inward = cross(face.normal, side);
         const Float8 wide = off * (abs(side.x) + abs(side.y) + abs(side.z));
-        const Float8 first = dot(inward, from - corners[k]) + wide, last = first + dot(inward, way);
+        const Float8 first = dot(inward, from - corners[k]) + wide, last = first + dot(inward, path);
         may &= (first >= 0.0f) | (last >= 0.0f);
         const Float8 border = first / (first - last);
         enters = first < 0.0f ? max(enters, border) : enters;
@@ -130,8 +130,8 @@ Mask CrossingSieve::edges(const int* edges, const int* others) const {
     if (!toMask(may)) return 0;
     // At the end the points that met are nearer than allowed. Along the common normal of the end, which differs by the
     // turn divided by the sine between the edges from that of the time when they met, they are as far as the lines.
-    const Vec8 ways[2] = {b0 - a0, b1 - a1};
-    const Float8 moved = simd::sqrt(max(dot(ways[0], ways[0]), dot(ways[1], ways[1]))) + splat(apart_);
+    const Vec8 paths[2] = {b0 - a0, b1 - a1};
+    const Float8 moved = simd::sqrt(max(dot(paths[0], paths[0]), dot(paths[1], paths[1]))) + splat(apart_);
     const Float8 bent = 2.0f * turn_ * lu * lv * moved * simd::sqrt(size2 / min(from2, to2));
     const Float8 side = n0 + n1, above = (side > 0.0f ? -last : last) - error;
     may &= ~((abs(side) > 2.0f * limit) & (above > 1.0001f * (below_ * simd::sqrt(to2) + bent)));

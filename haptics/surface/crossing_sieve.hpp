@@ -13,7 +13,7 @@ enum class PairKind : std::int32_t { VertexFace, FaceVertex, EdgeEdge };
 inline constexpr double kLean = 0.01;
 
 /// The tests of touchstone::crossing() in float, widened by its rounding, for the step of a tool between two poses
-/// along the straight ways of FeatureList: a pair that is left out has no crossing. Real time.
+/// along the straight paths of FeatureList: a pair that is left out has no crossing. Real time.
 class CrossingSieve {
   public:
     /// Poses X_OT: tool node in the obstacle's frame, mm. turn: angle between them, rad. least: of the crossing, mm.

@@ -37,7 +37,7 @@ struct Times {
 
 }  // namespace
 
-bool linesStayApart(const std::array<Way, 2>& ends, const std::array<Vec3, 2>& resting, double least) {
+bool linesStayApart(const std::array<PointPath, 2>& ends, const std::array<Vec3, 2>& resting, double least) {
     // The volume between the edges is a quadratic function of time, which lies between its Bézier coefficients. It is
     // the distance of the lines times the length of the cross product, which is largest at an end.
     const Vec3 v = resting[1] - resting[0];
@@ -58,7 +58,7 @@ EdgePlace placeOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& e
             {surface.faces[edge.faces[0]].normal.cross(along), along.cross(surface.faces[edge.faces[1]].normal)}};
 }
 
-std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face, const Vec3& normal, double least,
+std::optional<FeatureCrossing> crossing(const PointPath& vertex, const Triangle& face, const Vec3& normal, double least,
                                         double inside, double sag) {
     const double off = inside + sag;
     const double before = normal.dot(vertex.from - face[0]), after = normal.dot(vertex.to - face[0]);
@@ -78,7 +78,7 @@ std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face,
     return FeatureCrossing{time, normal, vertex.at(time), after, before};
 }
 
-std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const EdgePlace& moving,
+std::optional<FeatureCrossing> crossing(const std::array<PointPath, 2>& ends, const EdgePlace& moving,
                                         const EdgePlace& resting, double turn, double least, double inside) {
     const Vec3 b = resting.ends[0], v = resting.ends[1] - b;
     const auto crossingAt = [&](double time) -> std::optional<FeatureCrossing> {
@@ -101,8 +101,8 @@ std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const Ed
         if (std::abs(normal.dot(w)) > 2 * std::max(least, inside) + kOverlap) return std::nullopt;
         // The points that meet are followed, not the nearest points afterwards.
         const Vec3 point = b + onResting * v;
-        const Way met{ends[0].from + onMoving * (ends[1].from - ends[0].from),
-                      ends[0].to + onMoving * (ends[1].to - ends[0].to)};
+        const PointPath met{ends[0].from + onMoving * (ends[1].from - ends[0].from),
+                            ends[0].to + onMoving * (ends[1].to - ends[0].to)};
         const double after = normal.dot(met.to - point);
         const double before = normal.dot(met.from - point);
         if (after >= least || before < -inside || (before >= 0 && before < after)) return std::nullopt;
@@ -121,7 +121,7 @@ std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const Ed
     return std::nullopt;
 }
 
-CrossingRow rowOf(const FeatureCrossing& crossing, const Way& C, const Vec6& step, double kept) {
+CrossingRow rowOf(const FeatureCrossing& crossing, const PointPath& C, const Vec6& step, double kept) {
     CrossingRow out;
     out.row << crossing.normal, (crossing.point - C.at(crossing.time)).cross(crossing.normal);
     out.gap = crossing.after - out.row.dot(step) - kept;

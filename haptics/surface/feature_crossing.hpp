@@ -8,8 +8,8 @@
 
 namespace touchstone {
 
-/// The way of a point during a step, a straight line: an arc of angle a bends by less than radius a²/8 from it.
-struct Way {
+/// The path of a point during a step, a straight line: an arc of angle a bends by less than radius a²/8 from it.
+struct PointPath {
     Vec3 from, to;
     Vec3 at(double t) const { return from + t * (to - from); }
 };
@@ -30,37 +30,37 @@ struct FeatureCrossing {
     double before = 0;  ///< ... and at its start
 };
 
-/// The crossing of a vertex on its way and a resting face with this outward normal: over the part of the way on which
+/// The crossing of a vertex on its path and a resting face with this outward normal: over the part of the path on which
 /// the vertex is above or below the face, its distance from the plane begins at zero or more and falls below `least`.
 /// inside: a vertex that begins up to as deep behind the face, or as far beside it, crosses it unless it ends at
-/// `least` or more. sag: distance by which the vertex may leave its straight way between the ends, mm.
-std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face, const Vec3& normal, double least,
+/// `least` or more. sag: distance by which the vertex may leave its straight path between the ends, mm.
+std::optional<FeatureCrossing> crossing(const PointPath& vertex, const Triangle& face, const Vec3& normal, double least,
                                         double inside = 0, double sag = 0);
 
-/// Distance by which a point leaves a straight way of this length in a frame that turns by this angle meanwhile, while
+/// Distance by which a point leaves a straight path of this length in a frame that turns by this angle meanwhile, while
 /// it moves straight in the frame that rests, to second order. All of a step has to be one motion, or something passes
 /// between features that are tested in one frame and those that are tested in the other.
 constexpr double sagOf(double turn, double length) { return turn * length / 4; }
 
-/// The crossing of two convex edges, of which the first one moves: ends[k] is the way of the end k, and `moving` its
+/// The crossing of two convex edges, of which the first one moves: ends[k] is the path of the end k, and `moving` its
 /// place at the start. During the step the distance of the two lines falls below `least` from zero or more, at points
 /// inside both edges, along a normal that has the faces of both edges behind it. `turn`: angle of the step, rad, by
 /// which these may fail to be behind it, since a pair that is first at one time of the step is not at another; 0.1 and
 /// more finds pairs that cannot touch. inside: as for a vertex.
-std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const EdgePlace& moving,
+std::optional<FeatureCrossing> crossing(const std::array<PointPath, 2>& ends, const EdgePlace& moving,
                                         const EdgePlace& resting, double turn, double least, double inside = 0);
 
 /// Whether the lines of two edges, of which the first one moves, stay farther apart than crossing() allows. A quick
 /// test that leaves out most pairs.
-bool linesStayApart(const std::array<Way, 2>& ends, const std::array<Vec3, 2>& resting, double least);
+bool linesStayApart(const std::array<PointPath, 2>& ends, const std::array<Vec3, 2>& resting, double least);
 
 /// The row J x >= -gap on the increment x of a tool whose moving feature crosses: mm and rad, on the axes of the
-/// resting feature's frame. C: the way of the tool's center. With the step itself as x the row gives the distance after
-/// it, so that what the turn bends is included.
+/// resting feature's frame. C: the path of the tool's center. With the step itself as x the row gives the distance
+/// after it, so that what the turn bends is included.
 struct CrossingRow {
     Vec6 row;    ///< n, r x n
     double gap;  ///< mm, less the distance that is kept
 };
-CrossingRow rowOf(const FeatureCrossing& crossing, const Way& C, const Vec6& step, double kept);
+CrossingRow rowOf(const FeatureCrossing& crossing, const PointPath& C, const Vec6& step, double kept);
 
 }  // namespace touchstone

@@ -27,7 +27,7 @@ constexpr double kSameNormal = 1e-3;
 /// the tail.
 constexpr LookAhead kLookAhead{
     .narrow = 0.3, .ticks = 4, .most = 0.8, .wholeTicks = true, .sparse = 128, .dense = 2000, .crowded = 1 << 14};
-/// Smallest fraction of a course that is tested for being free. A smaller one searches more often for what capped steps
+/// Smallest fraction of a motion that is tested for being free. A smaller one searches more often for what capped steps
 /// reach as well.
 constexpr double kLeastShare = 1.0 / 128;
 
@@ -70,20 +70,20 @@ struct FeatureList::Step {
     /// at one time of the step is not at another.
     double off() const { return angle + 1e-6; }
     Quat turned(double time) const { return expRotation(time * turn); }
-    Way way(const Vec3& x) const { return {R0 * x + p0, R1 * x + p1}; }
-    Way wayInTool(const Vec3& x) const { return {R0.transpose() * (x - p0), R1.transpose() * (x - p1)}; }
+    PointPath path(const Vec3& x) const { return {R0 * x + p0, R1 * x + p1}; }
+    PointPath pathInTool(const Vec3& x) const { return {R0.transpose() * (x - p0), R1.transpose() * (x - p1)}; }
 };
 
 /// A step that is tried, in the obstacle's frame, and what its rows need.
 struct FeatureList::Trial {
     Pose before, after;
     Step step;
-    Way C;
+    PointPath C;
     Vec6 x;
 
     Trial(const Pose& X_OT, const Pose& before_, const Mat3& R_WO, const Vec6& x_W, const Vec3& center, double distance)
         : before(before_),
-          after(Course(X_OT, R_WO.transpose() * x_W.head<3>(), R_WO.transpose() * x_W.tail<3>()).end(center)),
+          after(StraightMotion(X_OT, R_WO.transpose() * x_W.head<3>(), R_WO.transpose() * x_W.tail<3>()).end(center)),
           step(before, after, distance),
           C{before * center, after * center} {
         x << R_WO.transpose() * x_W.head<3>(), R_WO.transpose() * x_W.tail<3>();
@@ -99,7 +99,7 @@ FeatureList::FeatureList(const Surface& tool, const Surface& obstacle, int obsta
     found_.reserve(kCrossed);
 }
 
-Coverage FeatureList::crossing(const Course& step, double) const {
+Coverage FeatureList::crossing(const StraightMotion& step, double) const {
     Within within = extent().reach * step.turn.squaredNorm() / 2 + distance_ + 2 * inside_ + 1e-6;
     // Those of any step of the tool, so that the next one needs no other pairs; an obstacle may turn as well.
     within.turn = std::max(step.turn.norm(), 1.05 * std::sqrt(distance_ / extent().reach)) + lean();
@@ -117,9 +117,9 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
     switch (kindOf(entry.tool)) {
         case PairKind::VertexFace: {
             const SurfaceFeatures::Face& face = obstacle.faces[entry.obstacle];
-            const Way way = step.way(tool.points[tool.vertices[feature].point]);
+            const PointPath path = step.path(tool.points[tool.vertices[feature].point]);
             const auto found =
-                touchstone::crossing(way, obstacle.triangle(entry.obstacle), face.normal, least, inside_);
+                touchstone::crossing(path, obstacle.triangle(entry.obstacle), face.normal, least, inside_);
             if (!found) return found;
             const Vec3 n = step.R0.transpose() * (step.turned(found->time).conjugate() * face.normal);
             return stands(*tool_, feature, n, step.off() + lean()) ? found : std::nullopt;
@@ -127,9 +127,9 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
         case PairKind::FaceVertex: {
             const SurfaceFeatures::Face& face = tool.faces[feature];
             const Vec3& p = obstacle.points[obstacle.vertices[entry.obstacle].point];
-            const Way way = step.wayInTool(p);
-            const double sag = sagOf(step.angle, (way.to - way.from).norm());
-            auto found = touchstone::crossing(way, tool.triangle(feature), face.normal, least, inside_, sag);
+            const PointPath path = step.pathInTool(p);
+            const double sag = sagOf(step.angle, (path.to - path.from).norm());
+            auto found = touchstone::crossing(path, tool.triangle(feature), face.normal, least, inside_, sag);
             if (!found) return found;
             found->normal = -(step.turned(found->time) * (step.R0 * found->normal));
             found->point = p;
@@ -137,7 +137,8 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
         }
         default: {
             const SurfaceFeatures::Edge &edge = tool.edges[feature], &other = obstacle.edges[entry.obstacle];
-            const std::array<Way, 2> ends{step.way(tool.points[edge.points[0]]), step.way(tool.points[edge.points[1]])};
+            const std::array<PointPath, 2> ends{step.path(tool.points[edge.points[0]]),
+                                                step.path(tool.points[edge.points[1]])};
             const Vec3 &b0 = obstacle.points[other.points[0]], &b1 = obstacle.points[other.points[1]];
             for (int k = 0; k < 3; ++k) {
                 const double lo =
@@ -177,9 +178,9 @@ Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const M
     const Trial trial(X_OT, before, R_WO, by.x, extent().center, distance_);
     found_.clear();
     bool fits = true;
-    const Course course(before, trial.C.to - trial.C.from, trial.step.turn);
+    const StraightMotion motion(before, trial.C.to - trial.C.from, trial.step.turn);
     pairs().forEachCrossing(
-        narrow_, crossing(course, 0), before, trial.after, trial.step.least,
+        narrow_, crossing(motion, 0), before, trial.after, trial.step.least,
         [&](const PairEntry& entry) { return fits = test(entry, trial); }, inside_);
     return fits ? appendFound(R_WO, by, trial.step.least, rows, crossed) : Crossed::Overflow;
 }
@@ -231,9 +232,9 @@ ContactList::Overlap FeatureList::remeasure(const Pose& before, const Pose& afte
     if (suspended_ || before == after) return overlap;
     const Step step(before, after, distance_);
     const Vec3& center = extent().center;
-    const Course course(before, after * center - before * center, step.turn);
+    const StraightMotion motion(before, after * center - before * center, step.turn);
     pairs().forEachCrossing(
-        narrow_, crossing(course, 0), before, after, kTooNear * distance_,
+        narrow_, crossing(motion, 0), before, after, kTooNear * distance_,
         [&](const PairEntry& entry) {
             overlap.deeper = deepens(entry, step);
             return !overlap.deeper;
@@ -256,12 +257,12 @@ ContactList::Nearest FeatureList::nearest(const Pose& X_OT, int toolFeature, int
     return {points.onTool, normal, points.distance()};
 }
 
-/// A course is free if no pair on it comes so near that the bend of its turn could bring the two together; near pairs
+/// A motion is free if no pair on it comes so near that the bend of its turn could bring the two together; near pairs
 /// may stay where the bend is small and their crossing is computed.
-double FeatureList::freeShare(const Course& course, double atMost) {
+double FeatureList::freeShare(const StraightMotion& motion, double atMost) {
     if (suspended_) return atMost;
     for (double share = atMost; share > kLeastShare; share /= 2) {
-        const Course part = course.times(share);
+        const StraightMotion part = motion.times(share);
         const double bend = extent().reach * part.turn.squaredNorm() / 2;
         const Pose after = part.end(extent().center);
         const Step step(part.X_OT, after, distance_);

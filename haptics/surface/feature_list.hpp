@@ -9,19 +9,19 @@
 namespace touchstone {
 
 /// No pair has a row because it is near: a row says that a step must not cross. The step moves every feature along a
-/// straight way, so features that are apart before it and cross nothing on it are apart after it.
+/// straight path, so features that are apart before it and cross nothing on it are apart after it.
 class FeatureList final : public ContactList {
   public:
     FeatureList(const Surface& tool, const Surface& obstacle, int obstacleIndex);
 
-    Coverage crossing(const Course& step, double margin) const override;
+    Coverage crossing(const StraightMotion& step, double margin) const override;
     bool appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows, int maxRows) const override;
     int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const override;
     Crossed appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin, const Crossing& by,
                           RowSet& rows, RowSet& crossed) override;
     Overlap remeasure(const Pose& before, const Pose& after, double tolerance) override;
     Nearest nearest(const Pose& X_OT, int toolFeature, int obstacleFeature) const override;
-    double freeShare(const Course& course, double atMost) override;
+    double freeShare(const StraightMotion& motion, double atMost) override;
     bool hasFeatures(std::uint64_t pair) const override;
     Stand stand(const Pose& X_OT, std::uint64_t pair) const override;
     bool hasTwin(const Pose& X_OT, std::uint64_t pair, const Stand& like, double within) const override;

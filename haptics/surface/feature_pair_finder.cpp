@@ -19,7 +19,7 @@ namespace {
 
 /// Number of entries of a set with separations. They take 40 bytes each; fits have up to some ten thousand pairs.
 constexpr int kSeparated = 1 << 16;
-/// Tests (SearchBudget) as which the measuring of eight pairs on a course counts, by its time.
+/// Tests (SearchBudget) as which the measuring of eight pairs on a motion counts, by its time.
 constexpr int kMeasure = 8;
 
 /// a where the lane of `which` is set, and else b.
@@ -169,7 +169,7 @@ bool FeaturePairFinder::walkKinds(const Query& q, FeatureKind kind, FeatureKind 
 }
 
 bool FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedVisit visit, void* context) {
-    const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_, bounds);
+    const Query q(*tool_, *obstacle_, asked, guard(asked.motion.X_OT), leastAbout_, bounds);
     constexpr int n = FeatureTree::kChildren;
     // Few of the pairs of two patches are near. Those whose boxes meet are measured eight at a time.
     Eights eights([&](PairKind kind, const int* ours, const int* others, int count) {
@@ -309,7 +309,7 @@ struct FeaturePairFinder::Ends {
     };
     Place tool[2];      ///< of the tool in the obstacle's frame
     Place obstacle[2];  ///< of the obstacle in the tool's frame
-    float bend = 0;     ///< by which those of the obstacle leave their straight ways in the tool's frame, mm
+    float bend = 0;     ///< by which those of the obstacle leave their straight paths in the tool's frame, mm
 
     /// Lower bounds on the distances of eight pairs of these kinds.
     TOUCHSTONE_INLINE Float8 apart(const Separation8& s, const Int8& kinds) const {
@@ -324,13 +324,13 @@ struct FeaturePairFinder::Ends {
 };
 
 /// Calls visit(first, mask, bounds on the gaps) for eight neighboring entries at a time of which the lanes of the mask
-/// may hold a pair of the coverage. ends: those of the coverage's course. apartFromFaces: pairs of a vertex and a face
+/// may hold a pair of the coverage. ends: those of the coverage's motion. apartFromFaces: pairs of a vertex and a face
 /// that are farther apart by their separation are left out.
 template <class Visit>
 void FeaturePairFinder::forEachNear(const PairEntries& entries, const Coverage& asked, const Ends& ends,
                                     float apartFromFaces, Visit&& visit) const {
-    const float about = guard(asked.course.X_OT), margin = float(asked.within.margin) + about,
-                moved = float(deviationFrom(entries, asked.course)) + about;
+    const float about = guard(asked.motion.X_OT), margin = float(asked.within.margin) + about,
+                moved = float(deviationFrom(entries, asked.motion)) + about;
     for (int first = 0; first < entries.count; first += 8) {
         const int n = std::min(8, entries.count - first);
         Float8 gap = load(&entries.gap[std::size_t(first)]) - splat(moved);
@@ -348,13 +348,13 @@ void FeaturePairFinder::forEachNear(const PairEntries& entries, const Coverage& 
 }
 
 void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, PairEntries& out, bool renew) {
-    const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_, Bounds::Quick);
+    const Query q(*tool_, *obstacle_, asked, guard(asked.motion.X_OT), leastAbout_, Bounds::Quick);
     // Points of the tool move straight. In its frame those of the obstacle do not.
     const Vector3f w = q.turn;
     Matrix3f cross;
     cross << 0, -w[2], w[1], w[2], 0, -w[0], -w[1], w[0], 0;
     const Ends::Place start{q.R, q.t};
-    const Ends::Place end{expRotation(asked.course.turn).toRotationMatrix().cast<float>() * q.R, q.t + q.shift};
+    const Ends::Place end{expRotation(asked.motion.turn).toRotationMatrix().cast<float>() * q.R, q.t + q.shift};
     const float turned = w.norm();
     const Ends ends{{start, {q.R + cross * q.R, q.t + q.shift}},
                     {Ends::inverse(start), Ends::inverse(end)},
@@ -394,7 +394,7 @@ void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, P
 void FeaturePairFinder::crossErased(const PairEntries& entries, const Coverage& asked, const Pose& before,
                                     const Pose& after, double least, double inside, ErasedCrossing visit,
                                     void* context) const {
-    const CrossingSieve sieve(*tool_, *obstacle_, before, after, asked.course.turn.norm(), least,
+    const CrossingSieve sieve(*tool_, *obstacle_, before, after, asked.motion.turn.norm(), least,
                               std::max(guard(before), guard(after)), inside);
     const auto placeAt = [&](const Pose& X_OT) {
         return Ends::Place{X_OT.R().cast<float>(), (X_OT * extent_.center - obstacle_->extent.center).cast<float>()};
@@ -408,8 +408,8 @@ void FeaturePairFinder::crossErased(const PairEntries& entries, const Coverage& 
         return true;
     });
     bool goOn = true;
-    const double turned = asked.course.turn.norm();
-    const double sag = sagOf(turned, asked.course.shift.norm() + turned * extent_.reach);
+    const double turned = asked.motion.turn.norm();
+    const double sag = sagOf(turned, asked.motion.shift.norm() + turned * extent_.reach);
     // A vertex crosses a face where it is nearer than that; the lines of edges may be farther apart where they cross.
     forEachNear(entries, asked, {{from, to}, {Ends::inverse(from), Ends::inverse(to)}, float(sag)},
                 float(least + 2 * inside) + 1e-6f, [&](int first, Mask mask, const Float8&) {

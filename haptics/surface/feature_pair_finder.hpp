@@ -17,7 +17,7 @@ constexpr std::int32_t toolFeature(PairKind kind, int feature) { return std::int
 constexpr PairKind kindOf(std::int32_t tool) { return PairKind(tool >> kFeatureBits); }
 constexpr int featureOf(std::int32_t tool) { return tool & ((1 << kFeatureBits) - 1); }
 
-/// A pair of features is within a margin if the two come as near as that on the course and their normals can oppose
+/// A pair of features is within a margin if the two come as near as that on the motion and their normals can oppose
 /// each other there.
 class FeaturePairFinder final : public PairFinder {
   public:
@@ -31,7 +31,7 @@ class FeaturePairFinder final : public PairFinder {
     float guard(const Pose& X_OT) const override;
     NearestPoints nearest(const Pose& X_OT, const PairEntry& pair) const;  ///< of a pair, in double
     /// Calls visit(PairEntry) for all entries of a coverage that the step of the tool between two poses may
-    /// cross (CrossingSieve), until it returns false. Pre: the entries are complete for the coverage, whose course is
+    /// cross (CrossingSieve), until it returns false. Pre: the entries are complete for the coverage, whose motion is
     /// the step. inside: of the crossing.
     template <class Visit>
     void forEachCrossing(const PairEntries& entries, const Coverage& asked, const Pose& before, const Pose& after,
@@ -60,7 +60,7 @@ class FeaturePairFinder final : public PairFinder {
     using ErasedVisit = bool (*)(void*, PairKind, const int* ours, const int* others, simd::Mask near,
                                  const simd::Float8& gaps, const Separation8&);
     using ErasedCrossing = bool (*)(void*, const PairEntry&);
-    /// How closely the gap of a pair is bounded along a course. Close bounds keep fewer pairs and take more time.
+    /// How closely the gap of a pair is bounded along a motion. Close bounds keep fewer pairs and take more time.
     enum class Bounds : std::uint8_t { Quick, Close };
     struct Query;
     struct Swept;

@@ -15,9 +15,9 @@ TOUCHSTONE_INLINE Separation8 separation(const Vec8& n, const Float8& offset, co
 
 TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::vertexFaces(const Vec8& vertices, const FaceLanes& f,
                                                                Separation8& apart) const {
-    const Vec8 arm = R * vertices, from = arm + Vec8(t), path = way(arm);
+    const Vec8 arm = R * vertices, from = arm + Vec8(t), path = displacement(arm);
     const auto at = [&](float s) { return fromFace(fma(splat(s), path, from), f.a, f.b, f.c, f.normal); };
-    const Near8 near = alongCourse(dot(path, path), splat(0.0f), guard, quick, at);
+    const Near8 near = alongMotion(dot(path, path), splat(0.0f), guard, quick, at);
     const auto offset = [&](const Vec8& n) { return max(max(dot(n, f.a), dot(n, f.b)), dot(n, f.c)); };
     const Vec8 nearest = direction(near.off);
     const Float8 before = dot(nearest, from), bound = min(before, before + dot(nearest, path)) - offset(nearest);
@@ -28,9 +28,9 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::vertexFaces(const Vec8& verti
 
 TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& faces, const Vec8& vertices,
                                                                Separation8& apart) const {
-    // The course is seen from the face, on which the vertex moves.
+    // The motion is seen from the face, on which the vertex moves.
     const FaceLanes f = R * faces;
-    const Vec8 p = vertices - Vec8(t), wa = way(f.a), wb = way(f.b), wc = way(f.c);
+    const Vec8 p = vertices - Vec8(t), wa = displacement(f.a), wb = displacement(f.b), wc = displacement(f.c);
     const Vec8 ab = wb - wa, ac = wc - wa;
     const Float8 spread = 2.0f * simd::sqrt(max(dot(ab, ab), dot(ac, ac)));
     const auto at = [&](float s) {
@@ -40,11 +40,11 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& 
         return fromFace(p, fma(share, wa, f.a), fma(share, wb, f.b), fma(share, wc, f.c),
                         1.0f / simd::sqrt(dot(n, n)) * n);
     };
-    const Near8 near = alongCourse(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), spread, guard, quick, at);
+    const Near8 near = alongMotion(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), spread, guard, quick, at);
     const Vec8 nearest = direction(near.off);
-    const auto farthest = [&](const Vec8& corner, const Vec8& way) {
+    const auto farthest = [&](const Vec8& corner, const Vec8& by) {
         const Float8 before = dot(nearest, corner);
-        return max(before, before + dot(nearest, way));
+        return max(before, before + dot(nearest, by));
     };
     const Float8 bound = dot(nearest, p) - max(max(farthest(f.a, wa), farthest(f.b, wb)), farthest(f.c, wc));
     const Int8 atStart = through(bound);
@@ -59,18 +59,19 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const EdgeLanes& mine, 
                                                          Separation8& apart) const {
     const EdgeLanes ours = R * mine;
     const Vec8 u = ours.second - ours.first, v = theirs.second - theirs.first;
-    const Vec8 path = way(ours.first), bend = way(ours.second) - path, w = ours.first + Vec8(t) - theirs.first;
+    const Vec8 path = displacement(ours.first), bend = displacement(ours.second) - path,
+               w = ours.first + Vec8(t) - theirs.first;
     const Float8 length2 = max(dot(path, path), dot(path + bend, path + bend));
     const auto at = [&](float s) {
         const Float8 share = splat(s);
         return fromEdge(fma(share, bend, u), v, fma(share, path, w));
     };
-    const Near8 near = alongCourse(length2, simd::sqrt(dot(bend, bend)), guard, quick, at);
+    const Near8 near = alongMotion(length2, simd::sqrt(dot(bend, bend)), guard, quick, at);
     const auto offset = [&](const Vec8& n) { return max(dot(n, theirs.first), dot(n, theirs.second)); };
     const Vec8 nearest = direction(near.off), first = ours.first + Vec8(t);
-    const auto least = [&](const Vec8& end, const Vec8& way) {
+    const auto least = [&](const Vec8& end, const Vec8& by) {
         const Float8 before = dot(nearest, end);
-        return min(before, before + dot(nearest, way));
+        return min(before, before + dot(nearest, by));
     };
     const Float8 bound = min(least(first, path), least(first + u, path + bend)) - offset(nearest);
     const Vec8 n = orAtStart(nearest, through(bound), at);

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "haptics/surface/course_gaps.hpp"
 #include "haptics/surface/feature_pair_finder.hpp"
+#include "haptics/surface/motion_gaps.hpp"
 
 namespace touchstone {
 
@@ -24,34 +24,34 @@ struct FeaturePairFinder::Query {
     Query(const Surface& tool_, const Surface& obstacle_, const Coverage& asked, float guard_, double leastAbout,
           Bounds bounds)
         : tool(tool_), obstacle(obstacle_), guard(guard_), quick(bounds == Bounds::Quick) {
-        const Course& course = asked.course;
-        R = course.X_OT.R().cast<float>();
-        t = (course.X_OT * tool.extent.center - obstacle.extent.center).cast<float>();
-        shift = course.shift.cast<float>();
-        turn = course.turn.cast<float>();
-        stays = course.stays();
+        const StraightMotion& motion = asked.motion;
+        R = motion.X_OT.R().cast<float>();
+        t = (motion.X_OT * tool.extent.center - obstacle.extent.center).cast<float>();
+        shift = motion.shift.cast<float>();
+        turn = motion.turn.cast<float>();
+        stays = motion.stays();
         margin = float(asked.within.margin) + guard;
-        // What serves this course also serves steps near it: neither end of them has turned further, and the normals of
+        // What serves this motion also serves steps near it: neither end of them has turned further, and the normals of
         // a step's pairs may be off by its own turn (FeatureList).
-        const double turned = asked.within.margin / std::max(leastAbout, 1e-9) + course.turn.norm();
+        const double turned = asked.within.margin / std::max(leastAbout, 1e-9) + motion.turn.norm();
         angle = float(std::min(turned + std::min(2 * turned, asked.within.turn) + kDirectionGuard, std::numbers::pi));
         cosAngle = std::cos(angle);
         sinAngle = std::sin(angle);
         sine = angle < std::numbers::pi_v<float> / 2 ? sinAngle : 1.0f;
     }
-    /// The way of points of the tool at `arm` from its center.
-    TOUCHSTONE_INLINE Vec8 way(const Vec8& arm) const { return Vec8(shift) + cross(turn, arm); }
+    /// The displacements of points of the tool at `arm` from its center.
+    TOUCHSTONE_INLINE Vec8 displacement(const Vec8& arm) const { return Vec8(shift) + cross(turn, arm); }
 
-    /// Bounds of eight points of the tool at `arm` from its center, over the course, with the margin.
+    /// Bounds of eight points of the tool at `arm` from its center, over the motion, with the margin.
     TOUCHSTONE_INLINE Box8 swept(const Vec8& arm) const {
-        const Vec8 from = arm + Vec8(t), to = from + way(arm);
+        const Vec8 from = arm + Vec8(t), to = from + displacement(arm);
         const Vec8 wide = Eigen::Vector3f(Eigen::Vector3f::Constant(margin));
         return {min(from, to) - wide, max(from, to) + wide};
     }
-    /// Those of eight pairs whose distances on the course no direction bounds. A
-    /// course that is expected may lead one part through the other, and behind it the way between them points back.
+    /// Those of eight pairs whose distances on the motion no direction bounds. A
+    /// motion that is expected may lead one part through the other, and behind it the vector between them points back.
     simd::Int8 through(const Float8& bounds) const { return quick ? bounds <= 0.0f : simd::lanes() < 0; }
-    /// n, or where `atStart` is set the direction of the way at the start of the course.
+    /// n, or where `atStart` is set the direction of that vector at the start of the motion.
     template <class At>
     TOUCHSTONE_INLINE static Vec8 orAtStart(const Vec8& n, const simd::Int8& atStart, At&& at) {
         return simd::toMask(atStart) ? choose(atStart, direction(at(0.0f)), n) : n;
@@ -66,7 +66,7 @@ struct FeaturePairFinder::Query {
     /// Which of eight normals, on the axes of the vertex, can oppose a vertex of a part.
     simd::Mask opposes(const Surface& part, int vertex, const Vec8& normals) const;
 
-    /// Boxes of eight nodes of the tool over the course, with the margin, in the obstacle's axes from its center.
+    /// Boxes of eight nodes of the tool over the motion, with the margin, in the obstacle's axes from its center.
     TOUCHSTONE_INLINE Box8 sweep(const FeatureTree::Bounds8& nodes) const {
         const Vec8 lo(nodes.lo[0], nodes.lo[1], nodes.lo[2]), hi(nodes.hi[0], nodes.hi[1], nodes.hi[2]);
         const Vec8 arm = R * (simd::splat(0.5f) * (lo + hi)),
@@ -74,7 +74,7 @@ struct FeaturePairFinder::Query {
         const Vec8 from = arm + Vec8(t), wide = half + Vec8(Eigen::Vector3f(Eigen::Vector3f::Constant(margin)));
         const Box8 start{from - wide, from + wide};
         if (stays) return start;
-        const Vec8 path = way(arm), zero = Eigen::Vector3f(Eigen::Vector3f::Zero());
+        const Vec8 path = displacement(arm), zero = Eigen::Vector3f(Eigen::Vector3f::Zero());
         const Eigen::Vector3f w = turn.cwiseAbs();
         const Vec8 grow(simd::sumOfProducts(w.y(), half.z, w.z(), half.y),
                         simd::sumOfProducts(w.z(), half.x, w.x(), half.z),
@@ -97,7 +97,7 @@ TOUCHSTONE_INLINE simd::Int8 FeaturePairFinder::Query::opposing(const Vec8& u, c
            ((simd::max(m0, m1) <= limit) & (simd::min(r0, r1) >= -limit));
 }
 
-/// A node of the tool on its course, in the obstacle's axes.
+/// A node of the tool on its motion, in the obstacle's axes.
 struct FeaturePairFinder::Swept {
     float lo[3], hi[3];
     Eigen::Vector3f axis;
@@ -128,7 +128,7 @@ TOUCHSTONE_INLINE Box8 boxOf(const FeatureTree::Bounds8& nodes, int i) {
     return {all(nodes.lo), all(nodes.hi)};
 }
 
-/// Eight nodes of the tool on their course.
+/// Eight nodes of the tool on their motion.
 struct FeaturePairFinder::Swept8 {
     Box8 box;
     Vec8 axis;

@@ -169,8 +169,8 @@ class RaySearch {
           p_((from - surface.extent.center).cast<float>()),
           guard_(float(16 * 0x1p-24 * ((from - surface.extent.center).norm() + surface.extent.reach))) {
         for (int k = 0; k < 3; ++k) {
-            const double way = to[k] - from[k];
-            inverse_[k] = float(1 / (std::abs(way) > 1e-12 ? way : 1e-12));
+            const double span = to[k] - from[k];
+            inverse_[k] = float(1 / (std::abs(span) > 1e-12 ? span : 1e-12));
         }
     }
 

@@ -313,8 +313,8 @@ int FeatureFinder::beyondNeedles(int use, const Vec3& at) const {
         int side = longestEdge(t).first;
         if (side == use % 3) {
             side = (side + 1) % 3;
-            const Vec3 &tip = t[(side + 1) % 3], way = t[side] - tip;
-            if ((at - tip).dot(way) < 0) side = (side + 1) % 3;
+            const Vec3 &tip = t[(side + 1) % 3], toSide = t[side] - tip;
+            if ((at - tip).dot(toSide) < 0) side = (side + 1) % 3;
         }
         use = partner_[3 * face + side];
     }

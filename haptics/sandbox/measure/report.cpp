@@ -200,7 +200,7 @@ void RunStatistics::addTimes(const TickRecord& record) {
     stepUs_.push_back(record.totalUs - record.shadowUs);
     collisionUs_.push_back(record.collisionUs);
     solveUs_.push_back(record.solveUs);
-    listWorkerUs_.push_back(record.helperUs);
+    listWorkerUs_.push_back(record.listWorkerUs);
 }
 
 void RunStatistics::write(Report& report) const {

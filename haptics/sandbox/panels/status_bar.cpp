@@ -171,7 +171,7 @@ std::vector<HealthItem> healthItems(const HealthView& view) {
                      "thread, and so has the list worker, which finds near pairs ahead: it took %.0f µs in the "
                      "last tick.",
                      view.frame.drawingMs, view.frame.drawCalls, view.frame.cpuMs - view.frame.drawingMs,
-                     s.record.helperUs) +
+                     s.record.listWorkerUs) +
                  (view.frame.software ? " No graphics card draws here, so the scene is drawn coarsely while it moves."
                                       : ""),
          .brief = engine::formatted("%.0f ms", view.frame.periodMs)},

@@ -143,7 +143,7 @@ constexpr TickField kFields[] = {
     {"solve_us", [](T t) -> R { return &t.record.solveUs; }, false, "CPU time of the solver stage"},
     {"shadow_us", [](T t) -> R { return &t.record.shadowUs; }, false, "CPU time of the shadow solver"},
     {"total_us", [](T t) -> R { return &t.record.totalUs; }, false, "CPU time of the tick, shadow solver included"},
-    {"list_worker_us", [](T t) -> R { return &t.record.helperUs; }, false,
+    {"list_worker_us", [](T t) -> R { return &t.record.listWorkerUs; }, false,
      "CPU time of the list worker, the thread that finds near pairs ahead"},
     {"period_us", [](T t) -> R { return &t.record.periodUs; }, false,
      "wall time since the previous tick began; 0 where no clock paces"},

@@ -40,7 +40,7 @@ class Pass {
         } else {
             PlacedDevice placed = startPlaced(scene, options.device, settings, options.configFolder, options.say);
             auto session = std::make_unique<Session>(scene.world, placed.settings, std::move(placed.device));
-            if (options.paced) session->keeper = std::make_unique<NeighborListWorker>(*session->world);
+            if (options.paced) session->listWorker = std::make_unique<NeighborListWorker>(*session->world);
             watch(session->state, placed.settings, options);
             driver_.emplace(std::move(session));
             driver_->engage();  // a headless run has no user who engages the forces
@@ -142,7 +142,7 @@ class TimedPass {
         if (!pass_.next(record, {.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds}, false)) return {};
         hash_ = first_ ? hashTick(record) : hashTick(record, hash_);
         first_ = false;
-        return TickTimes{record.totalUs, record.collisionUs, record.solveUs, record.helperUs};
+        return TickTimes{record.totalUs, record.collisionUs, record.solveUs, record.listWorkerUs};
     }
     std::uint64_t hash() const { return hash_; }
     RunEnd end() const { return pass_.end(); }
@@ -337,7 +337,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
         if (us) {
             run.last.collisionUs = us->collision;
             run.last.solveUs = us->solve;
-            run.last.helperUs = us->listWorker;
+            run.last.listWorkerUs = us->listWorker;
             run.last.totalUs = us->step + run.last.shadowUs;
             statistics.addTimes(run.last);
         }

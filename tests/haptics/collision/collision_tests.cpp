@@ -170,7 +170,7 @@ TEST_CASE("neighbor list: with too many rows, each tool leaf keeps its smallest 
     for (const auto& [leaf, gapAndId] : least) REQUIRE(rows.id(i++) == gapAndId.second);
 }
 
-TEST_CASE("pair finder: entries of a course hold every pair near it, and the distance of the tool from it is bounded",
+TEST_CASE("pair finder: entries of a motion hold every pair near it, and the distance of the tool from it is bounded",
           "[collision]") {
     std::mt19937 random(22);
     std::uniform_real_distribution<double> uniform(-1, 1);
@@ -188,19 +188,19 @@ TEST_CASE("pair finder: entries of a course hold every pair near it, and the dis
     };
     int pairs = 0;
     for (int k = 0; k < 30; ++k) {
-        const Course course{randomPose(random, 25), vector(4), vector(0.15)}, first = course.times(0.4);
+        const StraightMotion motion{randomPose(random, 25), vector(4), vector(0.15)}, first = motion.times(0.4);
         const double margin = 1.5, slack = 0.5;
-        REQUIRE(finder.find({course, margin + slack}, all));
+        REQUIRE(finder.find({motion, margin + slack}, all));
         REQUIRE(finder.reserve(all, {first, margin}) >= 0);
         finder.narrow(all, {first, margin}, narrow);
         for (const double s : {0.0, 0.2, 0.4, 0.7, 1.0}) {
-            const Pose off{vector(0.1), expRotation(vector(1e-3))}, X = off * course.times(s).end(C);
+            const Pose off{vector(0.1), expRotation(vector(1e-3))}, X = off * motion.times(s).end(C);
             // The bound holds for each leaf, because each leaf moves in a straight line.
-            const double bound = deviation(course, X, Extent(tool));
-            const Mat3 R = course.X_OT.R();
+            const double bound = deviation(motion, X, Extent(tool));
+            const Mat3 R = motion.X_OT.R();
             for (int t = 0; t < tool.leafCount(); ++t) {
-                const Vec3 from = R * tool.leaf(t).center() + course.X_OT.p;
-                const Vec3 way = course.shift + course.turn.cross(from - course.X_OT * C);
+                const Vec3 from = R * tool.leaf(t).center() + motion.X_OT.p;
+                const Vec3 way = motion.shift + motion.turn.cross(from - motion.X_OT * C);
                 const Vec3 now = X * tool.leaf(t).center() - from;
                 const double along = std::clamp(now.dot(way) / way.squaredNorm(), 0.0, 1.0);
                 REQUIRE((now - along * way).norm() <= bound + 1e-12);
@@ -236,7 +236,7 @@ TEST_CASE("pair finder: entries hold every pair of any coverage inside their own
             buckets.insert({entry.tool, entry.obstacle});
             return true;
         });
-        for (const auto& [id, gap] : brutePairs(tool, obstacle, coverage.course.X_OT, coverage.within.most)) {
+        for (const auto& [id, gap] : brutePairs(tool, obstacle, coverage.motion.X_OT, coverage.within.most)) {
             const int t = toolLeafOf(id), o = obstacleLeafOf(id);
             if (gap > coverage.within.at(double(tool.leaf(t).r) + double(obstacle.leaf(o).r))) continue;
             REQUIRE(buckets.count({t, o / SphereTree::kBranching}));
@@ -383,7 +383,7 @@ TEST_CASE("neighbor list: re-measuring the rows of a step gives the result of re
         for (int k = 0; k < 6; ++k) by.x[k] = std::uniform_real_distribution<double>(-1, 1)(random);
         by.x.tail<3>() *= pose % 2 ? 0.15 : 0;
         const double tolerance = pose % 3 ? 0.5e-3 : 5;
-        const Course step{X, by.x.head<3>(), by.x.tail<3>()};
+        const StraightMotion step{X, by.x.head<3>(), by.x.tail<3>()};
         const double length = Extent(tool).length(step);
         double nearest = 1e30;
         for (int i = 0; i < tool.leafCount(); ++i)
@@ -415,7 +415,7 @@ TEST_CASE("neighbor list: re-measuring the rows of a step gives the result of re
     const SphereTree pair = makeSphereTree({{5, 0, 0, 0.1f}, {-5, 0, 0, 0.1f}}),
                      large = makeSphereTree({{-15.101f, 0, 0, 20}});
     NeighborList bent(pair, large, 0);
-    const Course turn{Pose{}, Vec3::Zero(), Vec3(0, 0, 0.1)};
+    const StraightMotion turn{Pose{}, Vec3::Zero(), Vec3(0, 0, 0.1)};
     Crossing by;
     by.x.tail<3>() = turn.turn;
     RowSet none(8), crossed(8);
@@ -466,7 +466,7 @@ TEST_CASE("free share: ends at the first contact of brute force", "[collision]")
     };
     int met = 0, inside = 0, missed = 0;
     for (int pose = 0; pose < 60; ++pose) {
-        const Course way{randomPose(random, 60), vector(80), pose % 2 ? vector(0.2) : Vec3(Vec3::Zero())};
+        const StraightMotion way{randomPose(random, 60), vector(80), pose % 2 ? vector(0.2) : Vec3(Vec3::Zero())};
         // Test every pair in small steps: contact is a gap below both zero and its value at the start.
         const auto deepest = [&](double share) {
             const Pose X = way.times(share).end(tool.center());

@@ -11,7 +11,7 @@ namespace {
 struct Searches {
     int found = 0;                ///< number of entries that each of them finds
     std::vector<double> margins;  ///< mm
-    std::vector<double> ahead;    ///< lengths of the courses, mm
+    std::vector<double> ahead;    ///< lengths of the motions, mm
 };
 
 class CountingFinder final : public PairFinder {
@@ -23,7 +23,7 @@ class CountingFinder final : public PairFinder {
   private:
     bool search(const Coverage& asked, PairEntries& out) override {
         searches_.margins.push_back(asked.within.margin);
-        searches_.ahead.push_back(asked.course.shift.norm());
+        searches_.ahead.push_back(asked.motion.shift.norm());
         out.count = searches_.found;
         return true;
     }
@@ -37,7 +37,7 @@ class Pairs final : public ContactList {
   public:
     Pairs(Searches& searches, const LookAhead& lookAhead)
         : ContactList(std::make_unique<CountingFinder>(searches), lookAhead) {}
-    Coverage crossing(const Course& step, double margin) const override { return {step, margin}; }
+    Coverage crossing(const StraightMotion& step, double margin) const override { return {step, margin}; }
     bool appendRows(const Pose&, const Mat3&, double, RowSet&, int) const override { return true; }
     int appendNearestRows(const Pose&, const Mat3&, double, RowSet&) const override { return 0; }
     Crossed appendCrossed(const Pose&, const Pose&, const Mat3&, double, const Crossing&, RowSet&, RowSet&) override {
@@ -45,13 +45,13 @@ class Pairs final : public ContactList {
     }
     Overlap remeasure(const Pose&, const Pose&, double) override { return {}; }
     Nearest nearest(const Pose&, int, int) const override { return {}; }
-    double freeShare(const Course&, double atMost) override { return atMost; }
+    double freeShare(const StraightMotion&, double atMost) override { return atMost; }
 };
 
 constexpr double kMargin = 0.01, kSlack = 0.1;
 
 bool complete(Pairs& pairs, const Vec3& step) {
-    return pairs.complete({Course({}, step, Vec3::Zero()), kMargin}, kSlack);
+    return pairs.complete({StraightMotion({}, step, Vec3::Zero()), kMargin}, kSlack);
 }
 
 }  // namespace
@@ -63,7 +63,7 @@ TEST_CASE("contact list: steps to and fro between two directions search once for
     for (int tick = 0; tick < 5; ++tick)
         for (const Vec3& step : {Vec3(0.5, 0, 0), Vec3(0, 0.5, 0)}) {
             REQUIRE(complete(pairs, step));
-            REQUIRE(pairs.isComplete({Course({}, step, Vec3::Zero()), kMargin}));
+            REQUIRE(pairs.isComplete({StraightMotion({}, step, Vec3::Zero()), kMargin}));
         }
     CHECK(searches.margins.size() == 2);
     // The third direction takes the place of the one that served longest ago.
@@ -99,9 +99,9 @@ TEST_CASE("contact list: after a search that found many entries the next ones lo
     Pairs pairs(searches, {.ticks = 4, .dense = 500});
     const Vec3 tick(0.1, 0, 0);
     for (int k = 0; k < 3; ++k) {
-        const Course course(Pose{{10.0 * k, 0, 0}, Quat::Identity()}, tick, Vec3::Zero());
-        pairs.expect(course);
-        REQUIRE(pairs.complete({course, kMargin}, kSlack));
+        const StraightMotion motion(Pose{{10.0 * k, 0, 0}, Quat::Identity()}, tick, Vec3::Zero());
+        pairs.expect(motion);
+        REQUIRE(pairs.complete({motion, kMargin}, kSlack));
     }
     REQUIRE(searches.margins.size() == 3);
     for (int k = 0; k < 3; ++k) {
@@ -120,9 +120,9 @@ TEST_CASE("contact list: in crowded places each search looks half as far as the 
     for (std::size_t k = 0; k < found.size(); ++k) {
         CAPTURE(k);
         searches.found = found[k].first;
-        const Course course(Pose{{10.0 * double(k), 0, 0}, Quat::Identity()}, tick, Vec3::Zero());
-        pairs.expect(course);
-        REQUIRE(pairs.complete({course, kMargin}, kSlack));
+        const StraightMotion motion(Pose{{10.0 * double(k), 0, 0}, Quat::Identity()}, tick, Vec3::Zero());
+        pairs.expect(motion);
+        REQUIRE(pairs.complete({motion, kMargin}, kSlack));
         REQUIRE(searches.margins.size() == k + 1);
         CHECK(searches.margins[k] == Approx(kMargin + found[k].second * kSlack));
         CHECK(searches.ahead[k] == Approx(std::max(found[k].second * 0.4, 0.1)));

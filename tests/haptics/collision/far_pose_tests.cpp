@@ -50,13 +50,13 @@ TEST_CASE("far poses: a walk visits only leaves that exist, for any finite numbe
     const Bodies bodies(any);
     TreeWalk walk(bodies.tool, bodies.obstacle);
     for (int i = 0; i < 60; ++i) {
-        Course course({any.vector(), any.quaternion()});
-        if (any.next() % 2) course.shift = any.vector();
-        if (any.next() % 2) course.turn = any.vector();
+        StraightMotion motion({any.vector(), any.quaternion()});
+        if (any.next() % 2) motion.shift = any.vector();
+        if (any.next() % 2) motion.turn = any.vector();
         Within within(std::abs(any.next() % 2 ? any.number() : any.small()));
         if (any.next() % 4 == 0) within = {within.margin, std::abs(any.number()), std::abs(any.number())};
         std::int64_t entries = 0;
-        walk.run({course, within}, [&](const PairEntry* found, int count) {
+        walk.run({motion, within}, [&](const PairEntry* found, int count) {
             for (int n = 0; n < count; ++n) bodies.require(found[n]);
             entries += count;
         });
@@ -132,7 +132,7 @@ TEST_CASE("far poses: clearance and free share end with a number up to their lim
         const double deepest = deepestGap(bodies.tool, bodies.obstacle, walk, X);
         REQUIRE(deepest <= 0);
         REQUIRE(std::isfinite(deepest));
-        const Course way{X, any.vector(), any.vector()};
+        const StraightMotion way{X, any.vector(), any.vector()};
         const double share = freeShare(bodies.tool, bodies.obstacle, way, bodies.tool.center(), reach, 1);
         REQUIRE(share >= 0);
         REQUIRE(share <= 1);
@@ -150,13 +150,13 @@ TEST_CASE("far poses: entries and rows refer only to leaves that exist", "[colli
     RowSet rows(1 << 12), crossed(1 << 12);
     const Mat3 R = Mat3::Identity();
     for (int i = 0; i < 25; ++i) {
-        Course course({any.vector(), any.quaternion()});
-        if (any.next() % 3 == 0) course.X_OT = {Vec3(any.small(), any.small(), any.small()), any.rotation()};
-        if (any.next() % 2) course.shift = any.vector();
-        if (any.next() % 2) course.turn = any.vector();
+        StraightMotion motion({any.vector(), any.quaternion()});
+        if (any.next() % 3 == 0) motion.X_OT = {Vec3(any.small(), any.small(), any.small()), any.rotation()};
+        if (any.next() % 2) motion.shift = any.vector();
+        if (any.next() % 2) motion.turn = any.vector();
         const double margin = std::abs(any.next() % 3 ? any.small() / 20 : any.number());
-        const Coverage asked{course, margin};
-        const Pose X = course.X_OT, other{any.vector(), any.quaternion()};
+        const Coverage asked{motion, margin};
+        const Pose X = motion.X_OT, other{any.vector(), any.quaternion()};
         const Vec3 shift = any.vector(), turn = any.vector();
         if (finder.find(asked, entries)) {
             for (int n = 0; n < entries.count; ++n) bodies.require(entries.at[n]);

@@ -92,8 +92,8 @@ Tally approach(const TriangleMesh& part, int steps, unsigned seed, double size) 
         // kept.
         const double turn =
             i % 3 ? 0 : std::pow(10, -uniform(random.engine)) * std::sqrt(kDistance / tool.extent.reach);
-        const Course step{before, at - length(0.3) * way - turned * aim.at - before.p,
-                          turn * random.vector().normalized()};
+        const StraightMotion step{before, at - length(0.3) * way - turned * aim.at - before.p,
+                                  turn * random.vector().normalized()};
         const Pose after = step.end(tool.extent.center);
         ++tally.approached;
         if (!judge.overlap(after)) continue;

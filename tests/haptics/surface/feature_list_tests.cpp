@@ -66,16 +66,16 @@ TEST_CASE("feature pairs: a search finds all pairs that come within the margin a
     PairEntries entries = finder.entries(), narrowed = finder.entries();
     std::size_t expected = 0;
     for (int n = 0; n < 40; ++n) {
-        Course course = random.pose(4, 1);
-        if (n % 2) course.shift = 0.3 * random.vector(), course.turn = 0.05 * random.vector();
+        StraightMotion motion = random.pose(4, 1);
+        if (n % 2) motion.shift = 0.3 * random.vector(), motion.turn = 0.05 * random.vector();
         const double margin = n == 0 ? 50 : n % 4 < 2 ? 0.4 : 1.5;  // at the first all nodes meet
         // A turning point ends beside its straight way.
-        const double bend = tool.extent.reach * course.turn.squaredNorm() / 2;
-        REQUIRE(finder.find({course, margin}, entries));
+        const double bend = tool.extent.reach * motion.turn.squaredNorm() / 2;
+        REQUIRE(finder.find({motion, margin}, entries));
         std::map<std::pair<int, int>, float> found;
         for (int i = 0; i < entries.count; ++i) found[{entries.at[i].tool, entries.at[i].obstacle}] = entries.gap[i];
         CHECK(int(found.size()) == entries.count);
-        const auto at = [&](double s) { return course.times(s).end(tool.extent.center); };
+        const auto at = [&](double s) { return motion.times(s).end(tool.extent.center); };
         const auto check = [&](PairKind kind, int t, int o) {
             const PairEntry pair{toolFeature(kind, t), o};
             double least = 1e9;
@@ -98,14 +98,14 @@ TEST_CASE("feature pairs: a search finds all pairs that come within the margin a
             for (int o = 0; o < int(obstacle.features.vertices.size()); ++o) check(PairKind::FaceVertex, t, o);
         for (int t = 0; t < int(tool.features.edges.size()); ++t)
             for (int o = 0; o < int(obstacle.features.edges.size()); ++o) check(PairKind::EdgeEdge, t, o);
-        if (!course.stays()) continue;
+        if (!motion.stays()) continue;
         for (int i = 0; i < entries.count; ++i)
-            REQUIRE(finder.nearest(course.X_OT, entries.at[i]).distance() <= margin + 2 * finder.guard(course.X_OT));
+            REQUIRE(finder.nearest(motion.X_OT, entries.at[i]).distance() <= margin + 2 * finder.guard(motion.X_OT));
         // Selecting from more pairs gives all that a search gives, which also leaves out by the cones of groups.
-        finder.narrow(entries, {course, margin / 3}, narrowed);
+        finder.narrow(entries, {motion, margin / 3}, narrowed);
         std::set<std::pair<int, int>> selected, searched;
         for (int i = 0; i < narrowed.count; ++i) selected.insert({narrowed.at[i].tool, narrowed.at[i].obstacle});
-        REQUIRE(finder.find({course, margin / 3}, narrowed));
+        REQUIRE(finder.find({motion, margin / 3}, narrowed));
         for (int i = 0; i < narrowed.count; ++i) searched.insert({narrowed.at[i].tool, narrowed.at[i].obstacle});
         CHECK(std::includes(selected.begin(), selected.end(), searched.begin(), searched.end()));
     }
@@ -122,15 +122,15 @@ TEST_CASE("feature pairs: the gap of a large part that turns is at most its dist
     int checked[3] = {};
     for (int n = 0; n < 200; ++n) {
         const Vec3 aside = 7 * random.vector();
-        const Course course{Pose{{aside.x(), aside.y(), 3.7}, Quat::Identity()}, 0.2 * random.vector(),
-                            0.05 * random.vector()};
-        const double bend = tool.extent.reach * course.turn.squaredNorm() / 2;
-        REQUIRE(finder.find({course, margin}, entries));
+        const StraightMotion motion{Pose{{aside.x(), aside.y(), 3.7}, Quat::Identity()}, 0.2 * random.vector(),
+                                    0.05 * random.vector()};
+        const double bend = tool.extent.reach * motion.turn.squaredNorm() / 2;
+        REQUIRE(finder.find({motion, margin}, entries));
         for (int i = 0; i < entries.count; ++i) {
             const PairEntry& pair = entries.at[std::size_t(i)];
             double least = 1e9;
             for (int k = 0; k <= 10; ++k)
-                least = std::min(least, finder.nearest(course.times(0.1 * k).end(tool.extent.center), pair).distance());
+                least = std::min(least, finder.nearest(motion.times(0.1 * k).end(tool.extent.center), pair).distance());
             CHECK(entries.gap[std::size_t(i)] <= least + bend + 1e-4);
             ++checked[int(kindOf(pair.tool))];
         }
@@ -145,12 +145,13 @@ TEST_CASE("feature pairs: the gap of surfaces that slide is the distance at whic
     FeaturePairFinder finder(tool, obstacle);
     PairEntries entries = finder.entries();
     const double way = GENERATE(0.02, 0.1, 0.4, 1.2), turn = GENERATE(0.0, 0.002);
-    const Course course{Pose{{0.3, 0.2, 2.1}, expRotation({0, 0, 0.3})}, {0.8 * way, 0.6 * way, 0}, {0, 0, turn}};
-    REQUIRE(finder.find({course, 0.5}, entries));
+    const StraightMotion motion{
+        Pose{{0.3, 0.2, 2.1}, expRotation({0, 0, 0.3})}, {0.8 * way, 0.6 * way, 0}, {0, 0, turn}};
+    REQUIRE(finder.find({motion, 0.5}, entries));
     int over = 0;
     for (int i = 0; i < entries.count; ++i) {
         const double gap = entries.gap[std::size_t(i)];
-        CHECK(gap <= finder.nearest(course.X_OT, entries.at[std::size_t(i)]).distance() + 1e-4);
+        CHECK(gap <= finder.nearest(motion.X_OT, entries.at[std::size_t(i)]).distance() + 1e-4);
         over += gap < 0.101;
         // Shorter ways are measured once, and a turn takes what it moves the vertices of a face against each other.
         if (way > 0.03) CHECK(gap >= 0.1 - turn * 8 * 3 - 1e-4);
@@ -168,11 +169,12 @@ TEST_CASE("feature pairs: a selection for another motion holds every pair that c
     const int separated = wide.apart.capacity();
     int near[3] = {};
     for (int n = 0; n < 60; ++n) {
-        const Course course{random.pose(4, 1), 0.3 * random.vector(), (n % 3 ? 0.05 : 0.0) * random.vector()};
+        const StraightMotion motion{random.pose(4, 1), 0.3 * random.vector(), (n % 3 ? 0.05 : 0.0) * random.vector()};
         wide.apart.resize(n % 2 ? 8 : separated);  // not all entries of a large set have separations
-        REQUIRE(finder.find({course, 2.0}, wide));
-        const Pose start = course.times(0.5).end(tool.extent.center);
-        const Course other{{start.p + 0.05 * random.vector(), start.q}, 0.2 * random.vector(), 0.04 * random.vector()};
+        REQUIRE(finder.find({motion, 2.0}, wide));
+        const Pose start = motion.times(0.5).end(tool.extent.center);
+        const StraightMotion other{
+            {start.p + 0.05 * random.vector(), start.q}, 0.2 * random.vector(), 0.04 * random.vector()};
         const double bend = tool.extent.reach * other.turn.squaredNorm() / 2;
         for (const double margin : {0.6, 0.2}) {
             REQUIRE(finder.reserve(wide, {other, margin}) >= 0);
@@ -208,7 +210,7 @@ TEST_CASE("feature pairs: surfaces that slide stay as far apart in a selection a
     const Pose start{{0.2, 0.1, 2.05}, Quat::Identity()};
     REQUIRE(finder.find({start, 1.0}, wide));
     REQUIRE(wide.count > 0);
-    const Course slide{start, {0.3, -0.2, 0}, {0, 0, 0.01}};
+    const StraightMotion slide{start, {0.3, -0.2, 0}, {0, 0, 0.01}};
     finder.narrow(wide, {slide, 0.04}, selected);
     CHECK(selected.count == 0);
     finder.narrow(wide, {slide, 0.06}, selected);
@@ -231,17 +233,17 @@ TEST_CASE("feature list: it holds what was asked for, whatever was expected and 
             turn = (n % 3 ? 0.0 : 0.03) * random.vector();
         }
         list.expect({X, shift, turn});
-        // The steps of a tick leave the expected course by more and more.
+        // The steps of a tick leave the expected motion by more and more.
         for (const double share : {0.1, 0.4, 1.0}) {
-            const Course step{X, share * shift + 0.04 * share * random.vector(), share * turn};
+            const StraightMotion step{X, share * shift + 0.04 * share * random.vector(), share * turn};
             const double margin = 0.001 + 0.02 * std::abs(random.normal(random.engine));
-            // A course that turns lies beside itself by the bends of its arcs, as far as the list can tell.
+            // A motion that turns lies beside itself by the bends of its arcs, as far as the list can tell.
             const double bends = 3 * tool.extent.reach * step.turn.squaredNorm() / 2;
             REQUIRE(list.complete({step, margin + bends}, 0.5));
             REQUIRE(list.isComplete({step, margin}));
             fast += tool.extent.length(step) > 0.3;
         }
-        X = Course{X, shift, turn}.end(tool.extent.center);
+        X = StraightMotion{X, shift, turn}.end(tool.extent.center);
         if (X.p.norm() > 8) X = random.pose(3, 1);
     }
     CHECK(fast > 100);
@@ -262,7 +264,7 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
         Crossing by;
         by.x << 0.1 * random.vector(), 0.01 * random.vector();
         const Mat3 R = expRotation(random.vector()).toRotationMatrix();
-        const Course step{X, R.transpose() * by.x.head<3>(), R.transpose() * by.x.tail<3>()};
+        const StraightMotion step{X, R.transpose() * by.x.head<3>(), R.transpose() * by.x.tail<3>()};
         using Rows = std::map<std::uint64_t, std::array<double, 7>>;
         const auto rowsIn = [](const RowSet& crossed) {
             Rows all;
@@ -342,7 +344,7 @@ TEST_CASE("feature list: where large parts all but touch, rounding leaves out no
         X.p = apart * p + 0.7 * kDistance * p.normalized();
         for (int k = 0; k < 5; ++k) {
             const double length = kDistance * std::pow(10, -k / 2.0 + 1);
-            const Course step{X, length * random.vector(), length / 100 * random.vector()};
+            const StraightMotion step{X, length * random.vector(), length / 100 * random.vector()};
             const Pose after = step.end(tool.extent.center);
             REQUIRE(finder.find({step, 0.5}, around));
             std::set<std::pair<int, int>> tested;
@@ -374,7 +376,7 @@ TEST_CASE("feature pairs: edges that slide across each other at the distance kep
     PairEntries near = finder.entries();
     const auto tested = [&](const Vec3& shift, const Vec3& turn) {
         const Pose X{{0, 0, 10 * std::numbers::sqrt2 + kDistance}, expRotation(std::numbers::pi / 4 * Vec3::UnitY())};
-        const Course step{X, shift, turn};
+        const StraightMotion step{X, shift, turn};
         REQUIRE(finder.find({step, 0.1}, near));
         REQUIRE(near.count > 0);
         int count = 0, crossed = 0;

@@ -415,7 +415,7 @@ TEST_CASE("recording: the table has every field of a tick once, and the docs lis
                                   truncated, screened, inexact, iterations, linearizations, margin, projection, hover,
                                   penetration, kkt, touching, sticking, sliding, slip, friction, coulomb, stage,
                                   shadowRows, shadowCut, shadowIterations, shadowStatus, forceError, torqueError,
-                                  collision, solve, shadow, total, helper, period, overruns] = TickRecord{};
+                                  collision, solve, shadow, total, listWorker, period, overruns] = TickRecord{};
     constexpr std::size_t kMembers = 41, kPoses = 2, kWrenches = 3;
     CHECK(sandbox::recordFields().size() == kMembers - 1 + kPoses * (7 - 1) + kWrenches * (6 - 1) + (4 - 1) + (6 - 1));
     CHECK_THAT(bytesOf(TOUCHSTONE_SOURCE_DIR "/docs/recording.md"), Contains(sandbox::fieldsAsMarkdown()));

@@ -1,5 +1,5 @@
 #pragma once
-// How near eight pairs of features come on a course.
+// How near eight pairs of features come during a motion.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,7 @@ TOUCHSTONE_INLINE Float8 clamped(const Float8& s) {
     return simd::min(simd::max(s, simd::splat(0.0f)), simd::splat(1.0f));
 }
 
-/// The ways from the nearest points of triangles with these normals of unit length to points.
+/// The vectors from the nearest points of triangles with these normals of unit length to points.
 TOUCHSTONE_INLINE Vec8 fromFace(const Vec8& p, const Vec8& a, const Vec8& b, const Vec8& c, const Vec8& normal) {
     const Vec8* const corners[3] = {&a, &b, &c};
     const Vec8 up = dot(normal, p - a) * normal;
@@ -28,7 +28,7 @@ TOUCHSTONE_INLINE Vec8 fromFace(const Vec8& p, const Vec8& a, const Vec8& b, con
     return choose(inside >= 0.0f, up, off);
 }
 
-/// The ways from segments b + t v to the nearest points of segments a + s u; w = a - b.
+/// The vectors from segments b + t v to the nearest points of segments a + s u; w = a - b.
 /// Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
 TOUCHSTONE_INLINE Vec8 fromEdge(const Vec8& u, const Vec8& v, const Vec8& w) {
     const Float8 uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
@@ -39,36 +39,36 @@ TOUCHSTONE_INLINE Vec8 fromEdge(const Vec8& u, const Vec8& v, const Vec8& w) {
     return fnma(clamped(t), v, fma(s, u, w));
 }
 
-/// The directions of eight ways; 0 where there is no way.
-TOUCHSTONE_INLINE Vec8 direction(const Vec8& way) {
-    return 1.0f / simd::max(simd::sqrt(dot(way, way)), simd::splat(1e-18f)) * way;
+/// The directions of eight vectors; 0 for a zero vector.
+TOUCHSTONE_INLINE Vec8 direction(const Vec8& v) {
+    return 1.0f / simd::max(simd::sqrt(dot(v, v)), simd::splat(1e-18f)) * v;
 }
 
-/// Eight pairs on their courses.
+/// Eight pairs on their motions.
 struct Near8 {
     Float8 gap;       ///< lower bounds on their distances
-    Vec8 off;         ///< the way from one to the other where they were found nearest
-    Float8 fraction;  ///< of the course, there
+    Vec8 off;         ///< the vector from one to the other where they were found nearest
+    Float8 fraction;  ///< of the motion, there
 };
 
-/// `at(s)`: the ways from one to the other at the fraction s of the course; `length2`: squared lengths of the ways on
-/// the course; `spread`: twice the distance by which the ways of two points of the moving feature may differ from that
-/// of one between them; `guard`: bound on the error of a distance; `quick`: whether a less close bound will do.
+/// `at(s)`: the vectors from one to the other at the fraction s of the motion; `length2`: squared lengths of the paths;
+/// `spread`: twice the distance by which the paths of two points of the moving feature may differ from that of one
+/// between them; `guard`: bound on the error of a distance; `quick`: whether a less close bound will do.
 template <class At>
-TOUCHSTONE_INLINE Near8 alongCourse(const Float8& length2, const Float8& spread, float guard, bool quick, At&& at) {
-    // Maximum number of parts of a course at whose ends a pair is measured, and the length of their way, mm. More parts
-    // bound the gap more closely, so that fewer pairs are kept, and take more time. Whether a course counts as free
+TOUCHSTONE_INLINE Near8 alongMotion(const Float8& length2, const Float8& spread, float guard, bool quick, At&& at) {
+    // Maximum number of parts of a motion at whose ends a pair is measured, and the length of a part, mm. More parts
+    // bound the gap more closely, so that fewer pairs are kept, and take more time. Whether a motion counts as free
     // depends on them.
     constexpr int kParts = 6;
-    constexpr float kPartWay = 0.2f;
-    // A course up to this length, mm, is measured at its middle alone: the bound is smaller by at most half of it.
-    constexpr float kShortWay = 0.03f;
+    constexpr float kPartLength = 0.2f;
+    // A motion up to this length, mm, is measured at its middle alone: the bound is smaller by at most half of it.
+    constexpr float kShortLength = 0.03f;
     // Parts of which only the middles are measured. With one, the direction in which a pair is apart is off on long
-    // courses, so that its separation keeps more pairs; more take more time.
+    // motions, so that its separation keeps more pairs; more take more time.
     constexpr int kQuickParts = 2;
     const float longest2 = -simd::least(-length2);
     const Float8 length = simd::sqrt(length2);
-    const int middles = longest2 < kShortWay * kShortWay ? 1 : quick ? kQuickParts : 0;
+    const int middles = longest2 < kShortLength * kShortLength ? 1 : quick ? kQuickParts : 0;
     Float8 nearest = simd::splat(HUGE_VALF), fraction = simd::splat(0.0f);
     Vec8 nearestOff = Eigen::Vector3f(Eigen::Vector3f::Zero());
     const auto measure = [&](float s) {
@@ -81,12 +81,12 @@ TOUCHSTONE_INLINE Near8 alongCourse(const Float8& length2, const Float8& spread,
     };
     for (int i = 0; i < middles; ++i) measure((float(i) + 0.5f) / float(middles));
     if (middles) return {simd::max(nearest - 0.5f / float(middles) * length, simd::splat(0.0f)), nearestOff, fraction};
-    const int n = std::clamp(int(std::ceil(std::sqrt(longest2) / kPartWay)), 2, kParts);
+    const int n = std::clamp(int(std::ceil(std::sqrt(longest2) / kPartLength)), 2, kParts);
     const float part = 1.0f / float(n);
     Float8 distance[kParts + 1] = {};
     for (int i = 0; i <= n; ++i) distance[i] = measure(float(i) * part);
-    // No distance changes by more than the way. While a convex feature translates, its distance from another is convex,
-    // too: behind two poses it is at least what their line leads to, which is exact for surfaces that slide.
+    // No distance changes by more than the path is long. While a convex feature translates, its distance from another
+    // is also convex: behind two poses it is at least what their line leads to, which is exact for surfaces that slide.
     const Float8 off = part * spread + simd::splat(3 * guard);
     Float8 least = distance[0];
     for (int i = 0; i < n; ++i) {
