@@ -2,28 +2,10 @@
 
 #include <algorithm>
 
+#include "haptics/math/tick_tuning.hpp"
+
 namespace touchstone {
 namespace {
-
-// Constants of the wide and the narrow set. They change the time of a tick and never its result, since a query tests
-// every pair exactly.
-
-/// Number of entries up to which a set is used as it is. Selecting fewer from so few costs more than testing all.
-constexpr int kFewEntries = 64;
-/// A narrow set whose remaining reserve exceeds this multiple of its intended reserve is selected again, since it makes
-/// every query test too many entries. A larger multiple keeps wide sets longer; a smaller one selects more often.
-constexpr double kMaxReserve = 3;
-/// Factor on the curve term of what a search is asked for. It leaves room for longer steps, up to √2 times as long,
-/// before another search is needed; a larger factor finds more pairs.
-constexpr double kCurveReserve = 2;
-/// Number of ticks that a selection of the narrow set looks ahead along the expected motion. More ticks select more
-/// entries; fewer select more often.
-constexpr double kNarrowTicks = 2;
-/// Smallest part of the reserve and the look-ahead. With a smaller one the sets of crowded places serve no further
-/// tick.
-constexpr double kLeastReach = 1.0 / 64;
-/// Least length of a look-ahead, mm: below it the tool counts as resting, and the search is made around its pose.
-constexpr double kMinLookAhead = 0.01;
 
 /// The same pairs for steps that are a little longer.
 Within withCurveReserve(Within within) {

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "haptics/collision/pair_finder.hpp"
+#include "haptics/math/tick_tuning.hpp"
 #include "haptics/qp/problem.hpp"
 
 namespace touchstone {
@@ -38,34 +39,6 @@ enum class Crossed : std::uint8_t {
     Known,     ///< features whose rows the solver has: the step is not clear, and no row is new
     Rows,      ///< rows were appended or replaced
     Overflow,  ///< rows that would not fit, or there are too many candidates; `crossed` is unchanged
-};
-
-/// How far a list looks ahead. These numbers change the time of a tick and never its result, since a query tests every
-/// pair exactly.
-struct LookAhead {
-    /// Reserve of the narrow set, as a fraction of that of the wide set. With a larger reserve every query tests more
-    /// entries; with a smaller one the set is selected again more often.
-    double narrow = 0.12;
-    /// Number of ticks that a search looks ahead along the expected motion. More ticks find more entries; fewer search
-    /// more often. A shaft on its way into a hole moves straight, so that one search serves up to eight ticks.
-    double ticks = 8;
-    /// Upper bound on the length of that look-ahead, mm, which bounds the number of entries of a fast tool.
-    double most = 2;
-    /// Whether the narrow set is selected for all steps of a tick that is too fast for looking further ahead. It then
-    /// holds more entries, which pays where a tick selects it again for each of many steps.
-    bool wholeTicks = false;
-    /// A search has twice the slack if the last one found some entries, but fewer than this: it takes its time for the
-    /// trees then, and hardly more for a wider margin. With a larger number the sets of fits become larger; with a
-    /// smaller one tools that turn fast search more often.
-    int sparse = 0;
-    /// A search looks half as far ahead, with half the slack, if one of the last two found more entries than this. It
-    /// then takes its time for the entries; a shorter longest tick is worth more searches. With a smaller number the
-    /// median tick of fits selects its entries more often.
-    int dense = std::numeric_limits<int>::max();
-    /// A search that finds more entries than this halves the reserve and the look-ahead of all that follow, until one
-    /// finds less than an eighth, or another thread finds them. With a larger number parts that are small beside the
-    /// reserve take milliseconds a search; with a smaller one fits search more often.
-    int crowded = std::numeric_limits<int>::max();
 };
 
 /// The list holds sets of entries. A wide set comes from a search along the expected motion of the tool; the narrow

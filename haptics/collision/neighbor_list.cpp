@@ -6,6 +6,7 @@
 
 #include "haptics/collision/clearance.hpp"
 #include "haptics/collision/leaf_gaps.hpp"
+#include "haptics/math/tick_tuning.hpp"
 
 namespace touchstone {
 
@@ -13,33 +14,12 @@ using namespace simd;
 
 namespace {
 
-// Constants of the pairs that a step may cross. They change the time of a tick and never its result.
-
-/// The pairs of a step are bounded by their radii (crossing()) if that bound, for mean radii, is below this fraction of
-/// the margin. Otherwise all pairs within the margin are taken, since a test along the motion would save too little.
-constexpr double kUsefulFraction = 0.7;
-/// Steps longer than this multiple of the margin are not bounded by their radii: they differ so much from each other
-/// that a search along one does not serve the next.
-constexpr double kLongStep = 2;
-
-// Constants of the rows that a step crosses.
-
-/// Fraction of the deepest crossing down to which crossed rows are taken in one pass. The deepest rows come first,
-/// since an answer that satisfies them crosses few of the others. With a larger fraction a step needs more solves; with
-/// a smaller one the next solve has more rows.
-constexpr float kDeepestFraction = 0.5f;
 /// Bound on the rounding error of a predicted gap in float, as a fraction of the step's length. It must not be smaller
 /// than the true error, or a crossed row is missed.
 constexpr double kFloatError = 2e-6;
-/// Maximum number of candidate rows of one step, the same number as entries (PairEntries::kCapacity). If a step has
-/// more, appendCrossed() fails and the step is shortened by the re-measured gaps.
-constexpr int kCandidateCapacity = 1 << 18;
 /// A row counts as crossed only beyond this gap, mm. The exact solver satisfies rows to about 1e-14, so that a smaller
 /// value would add rows that its answer touches; a larger one lets a step enter by as much.
 constexpr double kCrossed = 1e-10;
-/// The smallest part of a motion that is searched after longer ones took more than the budget. With a smaller one
-/// more searches are made in vain.
-constexpr double kLeastShare = 1.0 / 128;
 /// Rounding error of a gap in double, mm: a gap that decreases by less has not changed, and poses that differ by less
 /// are the same.
 constexpr double kRounding = 1e-12;
@@ -57,8 +37,8 @@ NeighborList::NeighborList(const SphereTree& tool, const SphereTree& obstacle, i
       obstacle_(&obstacle),
       meanRadii_(meanRadius(tool) + meanRadius(obstacle)),
       obstacleIndex_(obstacleIndex),
-      candidates_(
-          int(std::min<std::int64_t>(std::int64_t(tool.leafCount()) * obstacle.leafCount(), kCandidateCapacity)) + 8) {}
+      candidates_(int(std::min<std::int64_t>(std::int64_t(tool.leafCount()) * obstacle.leafCount(), kEntryCapacity)) +
+                  8) {}
 
 /// Along a straight path of length l the distance d of two centers lies above its linearization by less than l²/2d, and
 /// d is at least the sum of the radii until the leaves touch. A gap that stays above l²/(2 sum of radii) therefore has

@@ -75,7 +75,7 @@ PairEntries::PairEntries(const SphereTree& tool, const SphereTree& obstacle)
     : PairEntries(std::int64_t(tool.leafCount()) * obstacle.levels[1].count) {}
 
 PairEntries::PairEntries(std::int64_t possible) {
-    capacity = int(std::min<std::int64_t>(possible, kCapacity));
+    capacity = int(std::min<std::int64_t>(possible, kEntryCapacity));
     at.resize(std::size_t(capacity) + 8);
     gap.resize(std::size_t(capacity) + 8);
     sum.resize(std::size_t(capacity) + 8);

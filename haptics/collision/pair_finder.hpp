@@ -7,6 +7,7 @@
 #include "haptics/collision/search_budget.hpp"
 #include "haptics/collision/tree_walk.hpp"
 #include "haptics/math/simd.hpp"
+#include "haptics/math/tick_tuning.hpp"
 
 namespace touchstone {
 
@@ -83,11 +84,6 @@ class Separations {
 /// hold every pair of the coverage. Entries found along a motion for margin M hold every pair with gap <= m wherever
 /// the tool deviates from the motion by at most M - m, since no gap changes by more than a point moves.
 struct PairEntries : Coverage {
-    /// Maximum number of entries. It bounds the memory (16 bytes an entry in each set) and the time of the longest
-    /// search; a tool deep inside an obstacle can exceed it, and the tick is then held (kListOverflow). A start deep
-    /// inside an obstacle was measured to list up to 100,000 rows.
-    static constexpr int kCapacity = 1 << 18;
-
     explicit PairEntries(std::int64_t possible);  ///< possible: number of all entries of the two parts
     PairEntries(const SphereTree& tool, const SphereTree& obstacle);
 

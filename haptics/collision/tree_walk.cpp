@@ -3,15 +3,12 @@
 #include <algorithm>
 
 #include "haptics/math/simd.hpp"
+#include "haptics/math/tick_tuning.hpp"
 
 namespace touchstone {
 namespace {
 
 using namespace simd;
-
-/// Maximum number of block pairs of one depth in a run. Three arrays of this size (48 KiB) fit the first cache. With a
-/// larger run they do not; with a smaller one the overhead of a run is spread over fewer pairs.
-constexpr int kFrontier = 4096;
 
 double meanRadius(const TreeLevel& level) {
     double sum = 0;

@@ -23,69 +23,13 @@
 
 #include "haptics/loop/setting_table.hpp"
 #include "haptics/loop/tick_friction.hpp"
+#include "haptics/math/tick_tuning.hpp"
 
 namespace touchstone {
 namespace {
 
-// Lengths, mm. On springs of 1 N/mm, 1 µm is 1 mN.
-
-/// A step up to this length ends the tick. A larger value leaves the tool short of its place.
-constexpr double kFelt = 1e-3;
-/// A step that known contacts alone make shorter than this is not made. A larger value leaves a moving tool behind its
-/// place, always on the same side: a nut turns with 0.7 % less torque at 1 µm. With a smaller one more steps are swept.
-constexpr double kUnmoved = 1e-4;
-/// The same of the first step of a tick: what a resting tool is off, 0.01 µN. A smaller value moves resting tools by
-/// what rounding makes of their rows.
-constexpr double kRests = 1e-8;
-/// Known contacts keep their rows up to this multiple of the distance that is kept. With a larger value the tool is
-/// held where it no longer touches: at 2 a nut needs 1.8 % more torque. With a smaller one resting contacts are found
-/// again.
-constexpr double kFaces = 1.05;
-/// A row stands on its features if their nearest points lie outside them by at most this. With a larger value a row
-/// holds a pointed tool on the joint of two flush parts; with a smaller one rows are dropped, and crossed again.
-constexpr double kBesideFeatures = 1e-4;
-/// A step up to this length must not end on rows beside their features, since it may end the tick; nor must one that
-/// takes back the last. With a larger value rows are dropped that the next step would not cross.
-constexpr double kMayEnd = 5 * kFelt;
-/// Longest step: a longer one bends further from its rows. A smaller one takes more steps.
-constexpr double kLongestStep = 0.25;
-/// Length of the first part that is swept of a step that is more than twice as long. A longer part crosses pairs in
-/// threads that the answer never comes near; a shorter one takes more sweeps.
-constexpr double kFirstPart = 0.03;
-/// Part of the tick's travel that a damped step may take. With all of it bunnies hover by 25 µm beside faces that
-/// they have just left.
-constexpr double kOfTravel = 0.95;
-/// All of it, but for rounding.
+/// All of the tick's travel, but for rounding.
 constexpr double kAllTravel = 1 - 1e-9;
-/// A damped step is short enough if what it may be is within these multiples of it, and one or two solves find the
-/// damping. More solves come closer; the rest is cut off.
-constexpr double kSlightlyLong = 0.98, kSlightlyShort = 1.1;
-constexpr int kSolvesForDamping = 4;
-/// The tool flies if the device is farther than this many longest steps. A shorter path is swept as fast.
-constexpr double kFlies = 2;
-/// Maximum turn of a flight, rad: its points may leave their straight paths by reach x turn²/2, which ends it early.
-constexpr double kTurnOfFlight = 0.2;
-/// Factor by which the steps of a tick become shorter if the pairs of one are too many to be found or crossed.
-constexpr double kShortenedBy = 16;
-/// Work of a tick, in rows, summed over its sweeps and steps: a sweep counts as that of its rows and kWorkOfSweep more,
-/// and a step as kWorkOfTravel such sweeps for each mm, since it leads to other pairs, which must be found. A tick that
-/// has spent its work ends with the step that it has made. With more, ticks after leaps beside threads become longer;
-/// with less, ticks in threads do not arrive. Pairs would measure the time better, but how many are listed depends on
-/// which thread found them, and the result must not.
-constexpr int kWork = 1 << 14, kWorkOfSweep = 32;
-constexpr double kWorkOfTravel = 48;
-/// A tick ends with the step with which its answers have taken back the one before them this often: they lead around a
-/// place that none of them reaches. With more, such ticks take longer; with fewer, wedged tools arrive later.
-constexpr int kReturns = 8;
-/// Leaves have a row from the first solve on up to this part of the margin. With a larger one solves have more rows;
-/// with a smaller one a step takes more of them.
-constexpr double kNearLeaves = 0.04;
-/// Maximum number of their rows in the first solve. Deep overlaps exceed it; then it has the nearest pair of each leaf
-/// of the tool. With more, such ticks take longer; with fewer, ordinary deep contacts take more solves.
-constexpr int kMostLeafRows = 4096;
-/// Maximum number of solves of a step, after which it is halved until it brings nothing too near; three to ten are
-/// usual.
-constexpr int kSolvesOfStep = 64, kHalvesOfStep = 24;
 
 /// Pairs of features in ascending order. What does not fit is left out.
 struct Pairs {

@@ -8,6 +8,7 @@
 
 #include "haptics/loop/distances.hpp"
 #include "haptics/loop/tick_memory.hpp"
+#include "haptics/math/tick_tuning.hpp"
 
 namespace touchstone {
 namespace {
@@ -15,8 +16,6 @@ namespace {
 /// Gap up to which a pair touches, and the gap at which the rows keep it, mm. What a turn bends has to fit between the
 /// two. A larger value hovers; a smaller one shortens the turn of a step.
 constexpr double kTouches = 1e-3, kKept = kTouches / 2;
-/// A step up to this length ends the tick, mm.
-constexpr double kLastStep = 1e-3;
 
 /// Collects a row for every pair that touches; of too many, as in deep overlaps, for the nearest pair of each tool
 /// leaf. An overlap is resolved by at most `trust` in a step. Returns false if the lists overflow.
@@ -88,7 +87,7 @@ bool godObjectTick(Tick& tick, const Pose& device, Wrench& wrench) {
         // In front of a new pair it stays so far away that rounding cannot take it inside.
         if (share < 1) share = std::max(0.0, share - kKept / 2 / std::max(length, 1e-300));
         s.graphic = share == 1 && x == wanted ? device : moved(s.graphic, share * x);
-        arrived = length < kLastStep;
+        arrived = length < kFelt;
     }
     if (!arrived && !(incrementBetween(s.graphic, device).isZero(0))) record.flags |= kUnfinished;
     record.hover = s.hoverAt(s.graphic);

@@ -3,45 +3,11 @@
 #include <algorithm>
 #include <chrono>
 
+#include "haptics/math/tick_tuning.hpp"
 #include "haptics/surface/feature_pair_finder.hpp"
 #include "haptics/threads/rt_thread.hpp"
 
 namespace touchstone {
-namespace {
-
-// These constants change the time of a tick and never its result.
-
-/// A new search begins when the motion of the published list ends in less than this time: kLeadMs plus kLeadPerSearch
-/// times the duration of the last search. With less time a search ends after its entries are needed, and the tick has
-/// to search itself; with more time searches are more frequent.
-constexpr double kLeadMs = 2, kLeadPerSearch = 2;
-/// Time by which the motion searched is longer than that lead, ms. A longer time makes longer lists, of which a tick
-/// tests more entries; a shorter one searches more often. Chosen by measurement on the splined peg, where 6 ms was
-/// slower.
-constexpr double kUseMs = 2;
-/// Maximum length of the motion searched, mm, between spheres and between meshes: the upper bound on the size of its
-/// list for a fast tool. With a longer one the tick selects from more entries, of which few lie where the tool goes;
-/// with a shorter one it searches more often itself. Between meshes, 2.5 mm take up to a third more time, most in a
-/// nut.
-constexpr double kMaxLength = 2.5, kMaxMeshLength = 1.2;
-/// A new search also begins when this fraction of the slack is used up by deviation from the motion. A larger fraction
-/// leaves less time for the search; a smaller one searches more often.
-constexpr double kUsedSlack = 0.4;
-/// Between meshes a search has twice the slack if the last one found fewer entries than this. With a larger number the
-/// sets of fits become larger; with a smaller one the tick searches more often itself.
-constexpr int kSparse = 1000;
-/// The tool rests if it travels less than this fraction of the slack in a tick. The list of the long motion that
-/// brought it there is then replaced, since most of its entries would be tested in vain.
-constexpr double kResting = 0.02;
-/// Maximum deviation of the tool from the straight motion through its earlier pose, as a fraction of the slack. If it
-/// deviates less, the motion searched begins at that earlier pose. A larger fraction uses up slack that later motion
-/// needs.
-constexpr double kStraight = 0.25;
-/// Pause between looks at the mailbox, in ticks, and its minimum in ms. The thread polls, so that no tick has to wake
-/// it. A longer pause uses older poses; a shorter one costs processor time.
-constexpr double kPollTicks = 0.8, kMinPollMs = 0.1;
-
-}  // namespace
 
 PairEntries NeighborListWorker::Part::memory() const {
     if (!leaves) return features->entries();
@@ -112,7 +78,7 @@ void NeighborListWorker::serve(const Message& message) {
         const double slack = finder.slack(r.slack) * (sparse ? 2 : 1);
         StraightMotion tick = StraightMotion::between(message.X_OT_before[k], X_OT, center);
         tick.X_OT = X_OT;
-        const double most = finder.ofFeatures() ? kMaxMeshLength : kMaxLength;
+        const double most = finder.ofFeatures() ? kMaxMeshSearch : kMaxSearch;
         const double maxTicks = most / std::max(extent.length(tick), 1e-9);
         const StraightMotion string = StraightMotion::between(part->trailing, X_OT, center);
         const double length = extent.length(string);

@@ -6,16 +6,10 @@
 #include <utility>
 
 #include "haptics/loop/tick_memory.hpp"
+#include "haptics/math/tick_tuning.hpp"
 
 namespace touchstone {
 namespace {
-
-/// Maximum speed of an obstacle on the way to its target, mm/ms. A faster obstacle pushes the tool in larger steps,
-/// more of which are refused because a pair would overlap; a slower one lags behind the user who drags it.
-constexpr double kObstacleSpeed = 0.25;
-/// Lower bound of the fraction of the maximum move that an obstacle tries. Refused moves halve the fraction; at 1 kHz
-/// the bound is a move of about 1 µm a tick. A smaller bound makes an obstacle take longer to get going again.
-constexpr double kSmallestPace = 1.0 / (1 << 8);
 
 /// Whether the tables have the solvers that the settings name.
 bool hasSolvers(const Settings& settings) {

@@ -3,23 +3,16 @@
 #include <algorithm>
 
 #include "haptics/loop/setting_table.hpp"
+#include "haptics/math/tick_tuning.hpp"
 
 namespace touchstone {
-namespace {
-
-/// Number of evaluations by the exact solver for friction, summed over its solves, with which a tick ends kUnfinished.
-/// It bounds the time of a tick in which steps lead to and fro between answers that are hard to find. Dozens are usual,
-/// thousands where a tool is clamped; with a smaller number such a tool arrives later.
-constexpr int kMostEvaluations = 10000;
-
-}  // namespace
 
 TickFriction::TickFriction(Tick& tick)
     : tick_(tick), state_(tick.state), settings_(tick.settings), any_(hasFriction(*state_.world, settings_)) {
     if (!any_) state_.forces.forget();
 }
 
-bool TickFriction::isSpent() const { return evaluations_ > kMostEvaluations; }
+bool TickFriction::isSpent() const { return evaluations_ > kEvaluationsOfTick; }
 
 /// restarted: whether the slip counts from restart_ and not since the tick began.
 RowContacts::Place TickFriction::placeOf(std::uint64_t id, bool restarted) const noexcept {

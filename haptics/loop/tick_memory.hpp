@@ -6,6 +6,7 @@
 #include "haptics/collision/clearance.hpp"
 #include "haptics/collision/neighbor_list.hpp"
 #include "haptics/loop/step.hpp"
+#include "haptics/math/tick_tuning.hpp"
 #include "haptics/qp/contact_forces.hpp"
 #include "haptics/qp/friction_table.hpp"
 #include "haptics/qp/row_screen.hpp"
@@ -13,25 +14,6 @@
 #include "haptics/surface/surface_overlap.hpp"
 
 namespace touchstone {
-
-/// Maximum number of contact rows of a solve. A tool that starts inside an obstacle lists up to 100,000 pairs; of more
-/// pairs than this, default mode takes the nearest pair of each tool leaf and sets kRowsTruncated. A larger value costs
-/// memory (64 bytes a row in each row set) and time in such ticks; a smaller one truncates earlier.
-inline constexpr int kRowCapacity = 1 << 15;
-/// Maximum number of rows that are remembered within a tick because a step ended on them; six carry the tool.
-inline constexpr int kHeldRows = 64;
-/// Maximum number of rows in paper mode: at 1,024 rows the matrix Q that PQP forms takes 8 MiB, and an iteration reads
-/// all of it. The paper reports 50 to 200 pairs.
-inline constexpr int kPaperRowCapacity = 1024;
-/// Maximum number of rows that the shadow solver may be given (setting shadow_rows).
-inline constexpr int kShadowRowCapacity = 4096;
-/// Overlap that one linearization may leave, mm; a gap that ends below it and below its old value shortens the move.
-/// The accuracy target for penetration is 1 µm, and the second-order error of a rotation is up to t²/2ρ (2 µm on the
-/// bunny). A larger value lets overlaps grow from tick to tick; a smaller one halves moves for the sake of rounding.
-inline constexpr double kOverlapTolerance = 0.5e-3;
-/// An approximate answer that violates a row by more than this is projected onto the rows, mm. kOverlapTolerance is 500
-/// times as large. A larger value lets violations through; a smaller one projects answers that are correct to rounding.
-inline constexpr double kViolation = 1e-6;
 
 /// q or -q, which are the same rotation: the one nearer to `like`.
 inline Quat withSignOf(const Quat& like, const Quat& q) { return q.dot(like) < 0 ? Quat(-q.coeffs()) : q; }

@@ -5,15 +5,13 @@
 
 #include "haptics/collision/search_budget.hpp"
 #include "haptics/loop/settings.hpp"
+#include "haptics/math/tick_tuning.hpp"
 
 namespace touchstone {
 
-/// What the searches of a tick may do. A test takes some 20 ns. The bundled motions take up to 320,000 tests a tick,
-/// and 130,000 in one search; an M16 thread of 40,000 triangles takes 170,000 for a list. A jump beside a thread or a
-/// gear, where a motion of millimeters sweeps most of two meshes, would take ten million. With larger limits such ticks
-/// become longer; with smaller ones flights end earlier and take more ticks, and with a list below what a step of a
-/// micrometer needs a dense thread can neither be turned nor felt.
-inline constexpr SearchBudget::Limits kSearchLimits{.tick = 3 << 18, .flight = 1 << 17, .list = 1 << 18};
+/// What the searches of a tick may do.
+inline constexpr SearchBudget::Limits kSearchLimits{
+    .tick = kTestsOfTick, .flight = kTestsOfFlight, .list = kTestsOfList};
 
 /// Minimum number of rows that the limits assume, since an iteration has a cost that does not depend on the rows. With
 /// a smaller number the iteration cap allows too many iterations for problems of few rows, and ticks end late; with a

@@ -4,57 +4,13 @@
 #include <cassert>
 #include <cmath>
 
+#include "haptics/math/tick_tuning.hpp"
+
 namespace touchstone {
 namespace {
 
-/// ρ in Newton's steps, relative to the springs' stiffness at the contact, and the share of it in the first round. A
-/// larger ρ loses digits. A smaller one needs more corrections of the forces, and misses contacts that clamp a small
-/// part, whose rotational springs are stiffer than its translational ones. Steps that circle with one value often
-/// converge with the other.
-constexpr double kPenalty = 1e5, kFirstRound = 1e-2;
-/// Maximum number of Newton steps before f⁰ is held. Ticks that differ little from the last one take 2 to 8; steps
-/// that have not converged after 20 mostly circle.
-constexpr int kSteps = 20;
-/// Warm start: a force within this share of its cone's edge starts as sliding, any other as sticking. The normal turns
-/// between two linearizations, and the edge with it. With a smaller value sliding contacts start as sticking, and
-/// Newton's steps often circle from there.
-constexpr double kAtEdge = 1e-3;
-/// Convergence: the greatest imbalance, and the greatest change of a force in the last correction, relative to the
-/// forces, which count as at most kMostForce, N. The change is ρ times the gaps and slips of contacts that touch and
-/// stick: 1e-15 mm for 1 N. Forces of contradicting contacts grow without bound, so without kMostForce any answer
-/// would pass.
-constexpr double kBalanced = 1e-11, kForcesSettled = 1e-10, kMostForce = 1e4;
-/// Early rounds end at this imbalance, relative to the change of the forces, since the change moves the next answer
-/// further. A smaller value takes more steps in each round; with 0.1, rounds with redundant contacts stall. It is also
-/// relative to the forces, since the forces of a clamped tool may change by far more than the springs pull.
-constexpr double kNearlyBalanced = 0.02;
-/// Newton's steps are given up after this many evaluations with an imbalance greater than all forces and than at the
-/// first step: too many contacts then have the wrong mode (open, stick or slide). One such evaluation often does no
-/// harm.
-constexpr int kWildSteps = 2;
-/// Maximum number of rounds, of Newton steps in each, and of falls of ρ; the factor by which ρ grows, its lower bound,
-/// and the bound on the product of all factors. Nearly parallel contacts settle slowly with a small ρ; with a large one
-/// the steps circle. Then ρ falls by the square of the factor, and the factor becomes smaller. The rounds are given up
-/// if the error has not halved in half of them. They continue while each halves the error, down to kConverged, so that
-/// rounding does not decide where they end.
-constexpr int kRounds = 60, kRoundSteps = 10, kFalls = 12;
-constexpr double kGrowth = 6, kLeastGrowth = 2, kMostGrowth = 1e4, kConverged = 1e-13;
-/// Error at which an answer is good enough, mm: rows that contradict each other by rounding leave as much.
-constexpr double kErrorSettled = 1e-9;
-/// Greatest overlap, mm, and imbalance, N, of an answer that is not exact and counts as regularized.
-constexpr double kRegularized = 3e-4;
 /// A contact that does not take part joins if its gap falls below this, mm.
-constexpr double kCrossed = -1e-10;
-/// Lower bound on the share of the slip in w_t. The share is 0 where a contact begins to slide, and the direction of
-/// its force has no derivative there.
-constexpr double kLeastSlip = 0.05;
-/// Continuation: ρ begins at 1/kDecades of the springs and ends at kDecades^5. At kDecades^2 and at each further factor
-/// of kDecades, rounds try to finish. The rounding of corners begins as large as the forces and falls as ρ^-1/2.
-constexpr double kDecades = 100;
-/// Tolerance of a point on the path: its imbalance relative to the forces, and the least step in log ρ. The imbalance
-/// that rounding causes if ρ is large, N. The maximum number of corrections of a point.
-constexpr double kOnPath = 1e-6, kMostImbalance = 1e-7;
-constexpr int kCorrections = 6;
+constexpr double kJoins = -1e-10;
 
 double sizeOf(const Vec6& wrench, double lever) {
     return std::sqrt(wrench.head<3>().squaredNorm() + wrench.tail<3>().squaredNorm() / (lever * lever));
@@ -187,10 +143,10 @@ double ConeNewton::nearlyBalanced() const { return kNearlyBalanced * std::min(ch
 /// Adds the contact that x crosses furthest, and those that it crosses as far. Returns whether there is one.
 bool ConeNewton::addCrossed(const Vec6& x) {
     const std::size_t m = problem_->contacts.size();
-    double least = kCrossed;
+    double least = kJoins;
     for (std::size_t i = 0; i < m; ++i)
         if (!states_[i].takesPart) least = std::min(least, problem_->contacts[i].distance(x));
-    if (least == kCrossed) return false;
+    if (least == kJoins) return false;
     for (std::size_t i = 0; i < m; ++i) {
         State& state = states_[i];
         if (state.takesPart || problem_->contacts[i].distance(x) > least * (1 - 1e-9)) continue;
@@ -235,7 +191,7 @@ bool ConeNewton::newton(Vec6& x) {
         state.slid = (state.f0 - fn * c.n).norm() > c.coefficient * fn * (1 - kAtEdge) && fn > 0;
     }
     double before = 0, scale = force_;
-    for (int i = 0, wild = 0; i < kSteps; ++i) {
+    for (int i = 0, wild = 0; i < kNewtonSteps; ++i) {
         const Vec6 imbalance = evaluate(x, i == 0 ? Modes::Start : Modes::Newton);
         const double off = sizeOf(imbalance, lever_);
         if (i <= 1) scale = std::max(scale, off);
@@ -247,7 +203,7 @@ bool ConeNewton::newton(Vec6& x) {
             if (!addCrossed(x)) return true;
             i = wild = 0;
             scale = force_;
-            if (evaluations_ > kMostEvaluations) return false;
+            if (evaluations_ > kEvaluationsOfSolve) return false;
             continue;
         }
         // Contacts that share a load pass it on slowly in these steps, and at once in rounds.
@@ -299,7 +255,7 @@ bool ConeNewton::climb(Vec6& x) {
         states_[i].before = best_[i] = states_[i].f0;
     }
     Vec6 found = x, best = x;
-    for (int round = 0, climbed = 0, stalled = 0, falls = 0; round < kRounds && evaluations_ < kMostEvaluations;
+    for (int round = 0, climbed = 0, stalled = 0, falls = 0; round < kRounds && evaluations_ < kEvaluationsOfSolve;
          ++round) {
         double factor;
         if (double error; findPose(x, weight, error)) {
@@ -356,7 +312,7 @@ bool ConeNewton::follow(Vec6& x) {
     double at = -decades, trial = 2 * decades, cap = 1;
     Vec6 slope = Vec6::Zero();
     x = problem_->wanted;
-    for (bool begun = false; evaluations_ < kMostEvaluations;) {
+    for (bool begun = false; evaluations_ < kEvaluationsOfSolve;) {
         // Predict the next point along the tangent. The first point is sought at the given ρ.
         double to = at;
         Vec6 y = x, start = x;
@@ -432,7 +388,7 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
     double least = INFINITY;
     // Keep the first exact answer, or else the one nearest to the law.
     const auto attempt = [&](FrictionStage stage, auto&& solveFrom) {
-        if (result.status == FrictionStatus::Exact || evaluations_ > kMostEvaluations) return;
+        if (result.status == FrictionStatus::Exact || evaluations_ > kEvaluationsOfSolve) return;
         begin(problem);
         Vec6 x = start;
         const bool found = solveFrom(x);

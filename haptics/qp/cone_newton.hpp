@@ -21,13 +21,9 @@ namespace touchstone {
 /// law is returned.
 ///
 /// Real time: the constructor takes all memory; no function allocates, locks or throws; a solve evaluates the forces
-/// about kMostEvaluations times at most. Source: Alart and Curnier 1991, condensed to the pose.
+/// about kEvaluationsOfSolve times at most. Source: Alart and Curnier 1991, condensed to the pose.
 class ConeNewton final : public FrictionSolver {
   public:
-    /// Bound on the evaluations, each O(contacts). The Newton steps take 3 to 20, rounds 2 to 150, a path 50 to 500. A
-    /// smaller bound leaves more ticks without an exact answer; a larger one makes the longest ticks longer.
-    static constexpr int kMostEvaluations = 1500;
-
     explicit ConeNewton(int capacity)
         : states_(std::size_t(capacity)),
           forces_(std::size_t(capacity)),

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "haptics/math/simd.hpp"
+#include "haptics/math/tick_tuning.hpp"
 
 namespace touchstone {
 namespace {
@@ -10,11 +11,6 @@ namespace {
 /// Largest violation of a row that an answer may have, and gap up to which a row touches before anything is remembered,
 /// mm.
 constexpr double kTouches = 1e-9;
-/// Slip of a contact in a tick above which it slides, mm: 0.1 µm/s at 1 kHz. Contacts that take over load from others
-/// give way by less, and what sticks by up to 1e-9 mm.
-constexpr double kSlips = 1e-7;
-/// Maximum number of rounds in which crossed rows are added. Three are usual.
-constexpr int kCrossedRounds = 64;
 
 /// Calls visit(row) for every row with J x + g <= limit.
 template <class Visit>

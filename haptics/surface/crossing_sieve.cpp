@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "haptics/math/tick_tuning.hpp"
 #include "haptics/surface/feature_crossing.hpp"
 
 namespace touchstone {

@@ -7,11 +7,6 @@ namespace touchstone {
 /// The kinds of pairs: a vertex of the tool and a face of the obstacle, a face and a vertex, two edges.
 enum class PairKind : std::int32_t { VertexFace, FaceVertex, EdgeEdge };
 
-/// Angle by which features that begin inside a part may fail to stand on what they touch, rad: those that would keep a
-/// flush side from leaning may be the ones inside. With a larger one the tool is held by what is not the first in its
-/// way; with a smaller one it leans and passes through a side at less force.
-inline constexpr double kLean = 0.01;
-
 /// The tests of touchstone::crossing() in float, widened by its rounding, for the step of a tool between two poses
 /// along the straight paths of FeatureList: a pair that is left out has no crossing. Real time.
 class CrossingSieve {

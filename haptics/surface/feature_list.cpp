@@ -4,32 +4,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "haptics/math/tick_tuning.hpp"
+
 namespace touchstone {
 namespace {
 
-/// Maximum number of crossed pairs of one trial step. Thousands cross where large conforming areas meet; if there are
-/// more, the step is halved.
-constexpr std::size_t kCrossed = 1 << 14;
-/// Fraction of the distance that is kept below which a pair is too near. With a larger one a capped step cannot make up
-/// for what its own turn bends, and is halved again and again; with a smaller one features come nearer.
-constexpr double kTooNear = 0.5;
-/// Fraction of the distance that is kept below which a trial step must not bring a pair. With a larger one, pairs that
-/// rest at that distance can no longer be left out by tests in float, which takes time in every tick. With a smaller
-/// one the tool may rest where features are nearer than is kept, off by as many micrometers as corners make of it.
-constexpr double kNear = 0.95;
 /// Features that begin nearer than is allowed must not come nearer than this in a step, mm: rounding. With a larger one
 /// they come nearer step by step; with a smaller one they hold a tool that slides.
 constexpr double kNearer = 1e-6;
-/// Angle between normals up to which they are the same, rad: it turns a force of 1 N by 1 mN. With a larger one a force
-/// may point past its face by as much; with a smaller one rounding makes neighbors in one plane differ.
-constexpr double kSameNormal = 1e-3;
-/// Chosen by measurement on the bunnies, the spline and the nut: there are few pairs of features, and finding them is
-/// the tail.
-constexpr LookAhead kLookAhead{
-    .narrow = 0.3, .ticks = 4, .most = 0.8, .wholeTicks = true, .sparse = 128, .dense = 2000, .crowded = 1 << 14};
-/// Smallest fraction of a motion that is tested for being free. A smaller one searches more often for what capped steps
-/// reach as well.
-constexpr double kLeastShare = 1.0 / 128;
 
 /// Whether all spokes of a vertex rise above a face with this normal that it meets, up to this angle. The cone, by
 /// which searches leave out pairs, decides as well: at a pointed cone the spokes alone would admit more.
@@ -92,11 +74,11 @@ struct FeatureList::Trial {
 };
 
 FeatureList::FeatureList(const Surface& tool, const Surface& obstacle, int obstacleIndex)
-    : ContactList(std::make_unique<FeaturePairFinder>(tool, obstacle), kLookAhead),
+    : ContactList(std::make_unique<FeaturePairFinder>(tool, obstacle), kFeatureLookAhead),
       tool_(&tool),
       obstacle_(&obstacle),
       obstacleIndex_(obstacleIndex) {
-    found_.reserve(kCrossed);
+    found_.reserve(kMostCrossed);
 }
 
 Coverage FeatureList::crossing(const StraightMotion& step, double) const {
@@ -166,7 +148,7 @@ bool FeatureList::deepens(const PairEntry& entry, const Step& step) const {
 bool FeatureList::test(const PairEntry& entry, const Trial& trial) {
     const auto met = crossingOf(entry, trial.step);
     if (!met) return true;
-    if (found_.size() == kCrossed) return false;
+    if (found_.size() == kMostCrossed) return false;
     found_.push_back(
         {contactId(obstacleIndex_, entry.tool, entry.obstacle), met->after, rowOf(*met, trial.C, trial.x, distance_)});
     return true;

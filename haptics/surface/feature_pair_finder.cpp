@@ -6,6 +6,7 @@
 #include <cstring>
 #include <utility>
 
+#include "haptics/math/tick_tuning.hpp"
 #include "haptics/surface/feature_crossing.hpp"
 #include "haptics/surface/feature_query.hpp"
 
@@ -16,11 +17,6 @@ using Eigen::Matrix3f;
 using Eigen::Vector3f;
 
 namespace {
-
-/// Number of entries of a set with separations. They take 40 bytes each; fits have up to some ten thousand pairs.
-constexpr int kSeparated = 1 << 16;
-/// Tests (SearchBudget) as which the measuring of eight pairs on a motion counts, by its time.
-constexpr int kMeasure = 8;
 
 /// a where the lane of `which` is set, and else b.
 Separation8 choose(const Int8& which, const Separation8& a, const Separation8& b) {

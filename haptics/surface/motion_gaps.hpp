@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/math/tick_tuning.hpp"
 #include "haptics/surface/feature_lanes.hpp"
 
 namespace touchstone {
@@ -56,16 +57,6 @@ struct Near8 {
 /// between them; `guard`: bound on the error of a distance; `quick`: whether a less close bound will do.
 template <class At>
 TOUCHSTONE_INLINE Near8 alongMotion(const Float8& length2, const Float8& spread, float guard, bool quick, At&& at) {
-    // Maximum number of parts of a motion at whose ends a pair is measured, and the length of a part, mm. More parts
-    // bound the gap more closely, so that fewer pairs are kept, and take more time. Whether a motion counts as free
-    // depends on them.
-    constexpr int kParts = 6;
-    constexpr float kPartLength = 0.2f;
-    // A motion up to this length, mm, is measured at its middle alone: the bound is smaller by at most half of it.
-    constexpr float kShortLength = 0.03f;
-    // Parts of which only the middles are measured. With one, the direction in which a pair is apart is off on long
-    // motions, so that its separation keeps more pairs; more take more time.
-    constexpr int kQuickParts = 2;
     const float longest2 = -simd::least(-length2);
     const Float8 length = simd::sqrt(length2);
     const int middles = longest2 < kShortLength * kShortLength ? 1 : quick ? kQuickParts : 0;
@@ -81,9 +72,9 @@ TOUCHSTONE_INLINE Near8 alongMotion(const Float8& length2, const Float8& spread,
     };
     for (int i = 0; i < middles; ++i) measure((float(i) + 0.5f) / float(middles));
     if (middles) return {simd::max(nearest - 0.5f / float(middles) * length, simd::splat(0.0f)), nearestOff, fraction};
-    const int n = std::clamp(int(std::ceil(std::sqrt(longest2) / kPartLength)), 2, kParts);
+    const int n = std::clamp(int(std::ceil(std::sqrt(longest2) / kPartLength)), 2, kMotionParts);
     const float part = 1.0f / float(n);
-    Float8 distance[kParts + 1] = {};
+    Float8 distance[kMotionParts + 1] = {};
     for (int i = 0; i <= n; ++i) distance[i] = measure(float(i) * part);
     // No distance changes by more than the path is long. While a convex feature translates, its distance from another
     // is also convex: behind two poses it is at least what their line leads to, which is exact for surfaces that slide.
