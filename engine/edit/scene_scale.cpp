@@ -16,7 +16,7 @@ void scaleNumbers(nlohmann::json& value, double scale) {
         for (nlohmann::json& part : value) scaleNumbers(part, scale);
 }
 
-/// Whether the extras of this key are lengths of the parts; precisions, which are in millimeters, are not.
+/// Whether the values of this key are lengths that scale with the parts. Precisions in millimeters do not.
 bool isLength(const std::string& key) {
     return (key.ends_with("_m") && !key.ends_with("_per_m")) || key == "translation" || key == "clearance_mm" ||
            key == "deviation_mm";

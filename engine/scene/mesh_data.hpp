@@ -47,9 +47,9 @@ struct Material {
     friend bool operator==(const Material&, const Material&) = default;
 };
 
-/// The grid to which a file rounded its coordinates, in their unit: all are multiples of a power of ten or of the step
-/// of a normalized integer (in a text with a fixed number of digits, those of the largest decade are). If they have no
-/// grid, or too few use its last digit to tell, the spacing of floats at these coordinates. 0 if all coordinates are 0.
+/// The step to which a file rounded its coordinates, in their unit: a power of ten, or the step of a normalized
+/// integer. In a text with a fixed number of digits it is that of the largest coordinates. If no step can be found, it
+/// is the spacing of floats at these coordinates, and 0 if all coordinates are 0.
 double gridOf(const MeshData& mesh);
 
 /// Smooth unit normals: at each position the area-weighted mean of the triangle normals; +z if that is zero.

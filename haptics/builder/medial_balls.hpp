@@ -42,9 +42,9 @@ struct SurfaceSamples {
 Ball touchingBall(const SolidDepth& solid, const Vec3& p, const Vec3& inward, double slack, double guess);
 
 /// Distributes points whose spacing is `spacing` times the radius of the patch that a ball covers if it protrudes by
-/// `protrusion`: sqrt(2 e d + e^2) for the growth e and the depth d. That is small beside sharp edges and large on
-/// thick flats. Returns at most about `limit` points: the spacing is enlarged until they fit. Lengths in the frame of
-/// RepairedMesh. Deterministic; the random seed shifts the points.
+/// `protrusion`: sqrt(2 e d + e^2) for the growth e and the depth d. This radius is small beside sharp edges and large
+/// on thick flats. Returns at most about `limit` points: the spacing is enlarged until they fit. Lengths in the frame
+/// of RepairedMesh. Deterministic; the random seed shifts the points.
 SurfaceSamples sampleSurface(const RepairedMesh& mesh, const SolidDepth& solid, double protrusion, double spacing,
                              std::size_t limit, GrowthLaw law, std::uint64_t seed, const Workers& workers);
 

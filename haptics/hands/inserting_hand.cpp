@@ -398,7 +398,7 @@ void InsertingHand::search(double dt) noexcept {
     eased_ = eased_ ? behind > kFollows : behind > kSticks && stillMs_ > kStillMs;
 }
 
-/// From the goal that the hand sees to the tool that it sees, on the axes of the segment. Rotations that lead to an
+/// The displacement from goal to tool as the hand sees them, on the axes of the segment. Rotations that lead to an
 /// equivalent goal do not count.
 InsertingHand::Place InsertingHand::fromGoal() const noexcept {
     const Pose X_VT = X_WV_.inverse() * X_WT_seen_;

@@ -2,7 +2,7 @@
 // degree-of-freedom god-object method for haptic display of rigid bodies with surface properties, 2007). Only the pairs
 // that touch constrain the tool. Its motion is the one nearest to the wanted motion that brings none of them
 // nearer (Gauss' principle of least constraint, here in the metric of the springs), and ends where a new pair touches.
-// Unlike in default mode nothing is known of pairs ahead, so each of them costs a step.
+// Unlike default mode it searches for no pairs in advance, so each new pair costs a step.
 #include <algorithm>
 #include <cmath>
 

@@ -94,7 +94,7 @@ bool ContactForces::knows(std::uint64_t id) const noexcept {
     return std::any_of(contacts_.begin(), contacts_.end(), [&](const FrictionContact& c) { return c.id == id; });
 }
 
-/// Adds the contacts that would carry force with the friction of this answer. Rows that are crossed far are seldom
+/// Adds the contacts that would carry force with the friction of this answer. Rows that it crosses by far are seldom
 /// those on which the next answer ends, and each round that adds some of these takes dozens of evaluations. Returns
 /// false if there are too many.
 bool ContactForces::addExpected(const QpProblem& problem, const SolverSettings& settings, const RowContacts& rows,

@@ -25,7 +25,7 @@ class FeaturePairFinder final : public PairFinder {
 
     PairEntries entries() const override;
     bool ofFeatures() const override { return true; }
-    /// Whatever the settings say, since features are denser than leaves. With a larger one searches are rarer and find
+    /// Ignores the setting, since features are denser than leaves. With a larger one searches are rarer and find
     /// more pairs; measured on the bunnies and the spline.
     double slack(double) const override { return 0.15; }
     float guard(const Pose& X_OT) const override;

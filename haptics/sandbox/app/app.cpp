@@ -198,7 +198,7 @@ void App::frameAll(const engine::Area& picture) {
         view_->fit(camera_, X_WT, aspect);
     else
         camera_ = view_->look(options_.view, record, session_.settings(), aspect);
-    // A demonstration stays in the picture; a view that was asked for is what it says.
+    // Show all of a demonstration, unless the options name a view.
     if (!requests_.frameCamera && options_.view.empty() && viewed_->demonstration &&
         followsDemonstration(session_.device().choice))
         view_->fit(camera_, *viewed_->demonstration, aspect);

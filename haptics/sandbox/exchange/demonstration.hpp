@@ -83,7 +83,7 @@ std::vector<Array> arraysOf(const Demonstration& demonstration);
 /// Finds and opens scenes; keeps the newest, since the demonstrations of a file often share it.
 class SceneShelf {
   public:
-    /// `named`: a scene file, or the folder with scenes; empty: they are found without, see findRecordedScene().
+    /// `named`: a scene file or a folder of scenes, given by the user; if empty, findRecordedScene() searches for them.
     explicit SceneShelf(SceneProgress progress = {}, std::filesystem::path named = {})
         : progress_(std::move(progress)), named_(std::move(named)) {}
     /// Throws std::runtime_error with one sentence.

@@ -66,7 +66,8 @@ Views mcapViews(const Demonstration& demonstration, std::size_t& messages);
 /// A file that was read and whose every byte is as it was written.
 class DemonstrationFile {
   public:
-    /// Throws std::runtime_error with one sentence: that it is not such a file, is cut off, or which part was changed.
+    /// Throws std::runtime_error if the file has another format, is cut off, or was changed; the message names the
+    /// part.
     explicit DemonstrationFile(std::filesystem::path file);
 
     const nlohmann::json& manifest() const { return manifest_; }

@@ -38,7 +38,7 @@ SceneRoles assignRoles(engine::Scene& scene);
 /// setSetting() or checkSettings().
 Settings sceneSettings(const engine::Scene& scene, const SceneRoles& roles);
 
-/// Writes those settings into extras.touchstone of the scene that differ from what it sets already, except a pause.
+/// Writes the settings that differ from those of the scene into its extras.touchstone. Leaves out whether it is paused.
 void setSettings(engine::Scene& scene, const SceneRoles& roles, const Settings& settings);
 
 }  // namespace touchstone::sandbox
