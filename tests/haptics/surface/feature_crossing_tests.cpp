@@ -57,7 +57,7 @@ class SlowTool {
 
     bool addCrossed(const Vec6& x, std::map<std::uint64_t, CrossingRow>& rows) const {
         const Pose after = moved(q, x);
-        const Way C{q.p, after.p};
+        const PointPath C{q.p, after.p};
         struct Found {
             std::uint64_t id;
             double after;
@@ -67,10 +67,10 @@ class SlowTool {
         const auto add = [&](std::uint64_t kind, std::uint64_t a, std::uint64_t b, const FeatureCrossing& c) {
             found.push_back({kind << 60 | a << 30 | b, c.after, rowOf(c, C, x, kDistance)});
         };
-        const auto way = [&](int point) { return Way{q * tool_.points[point], after * tool_.points[point]}; };
-        const auto boxOf = [](std::initializer_list<Way> ways) {
+        const auto path = [&](int point) { return PointPath{q * tool_.points[point], after * tool_.points[point]}; };
+        const auto boxOf = [](std::initializer_list<PointPath> paths) {
             Box box;
-            for (const Way& w : ways) box.add(w.from), box.add(w.to);
+            for (const PointPath& w : paths) box.add(w.from), box.add(w.to);
             return box;
         };
         const auto corners = [](const SurfaceFeatures& s, int f) {
@@ -83,7 +83,7 @@ class SlowTool {
             return box;
         };
         for (std::size_t i = 0; i < tool_.vertices.size(); ++i) {
-            const Way vertex = way(tool_.vertices[i].point);
+            const PointPath vertex = path(tool_.vertices[i].point);
             for (std::size_t f = 0; f < obstacle_.faces.size(); ++f) {
                 const Triangle face = corners(obstacle_, int(f));
                 if (apart(boxOf({vertex}), around(face))) continue;
@@ -93,7 +93,7 @@ class SlowTool {
         for (std::size_t i = 0; i < obstacle_.vertices.size(); ++i) {
             // Seen from the tool the obstacle's vertex moves.
             const Vec3& p = obstacle_.points[obstacle_.vertices[i].point];
-            const Way vertex{q.inverse() * p, after.inverse() * p};
+            const PointPath vertex{q.inverse() * p, after.inverse() * p};
             for (std::size_t f = 0; f < tool_.faces.size(); ++f) {
                 const Triangle face = corners(tool_, int(f));
                 if (apart(boxOf({vertex}), around(face))) continue;
@@ -107,7 +107,7 @@ class SlowTool {
         }
         for (std::size_t i = 0; i < tool_.edges.size(); ++i) {
             const auto& edge = tool_.edges[i];
-            const std::array<Way, 2> ends{way(edge.points[0]), way(edge.points[1])};
+            const std::array<PointPath, 2> ends{path(edge.points[0]), path(edge.points[1])};
             EdgePlace moving = placeOf(tool_, edge);
             for (Vec3& wing : moving.wings) wing = q.q * wing;
             const Box box = boxOf({ends[0], ends[1]});
@@ -164,7 +164,8 @@ TEST_CASE("feature crossing: edges cross inside both, with the faces of both beh
     const EdgePlace roof{{Vec3(-1, 0, 0), Vec3(1, 0, 0)}, {Vec3(0, slope, -slope), Vec3(0, -slope, -slope)}};
     const EdgePlace keel{{Vec3(0, -1, 1), Vec3(0, 1, 1)}, {Vec3(slope, 0, slope), Vec3(-slope, 0, slope)}};
     const auto down = [](const EdgePlace& edge, const Vec3& by) {
-        return std::array<Way, 2>{Way{edge.ends[0], edge.ends[0] + by}, Way{edge.ends[1], edge.ends[1] + by}};
+        return std::array<PointPath, 2>{PointPath{edge.ends[0], edge.ends[0] + by},
+                                        PointPath{edge.ends[1], edge.ends[1] + by}};
     };
     const auto met = crossing(down(keel, {0, 0, -4}), keel, roof, 0, 0);
     REQUIRE(met);
@@ -182,7 +183,7 @@ TEST_CASE("feature crossing: edges cross inside both, with the faces of both beh
     for (Vec3& wing : ridge.wings) wing.z() = -wing.z();
     CHECK(!crossing(down(ridge, {0, 0, -4}), ridge, roof, 0, 0));
     // While the keel turns by 90° it passes through being parallel.
-    std::array<Way, 2> turning{Way{keel.ends[0], Vec3(-1, 0, -1)}, Way{keel.ends[1], Vec3(1, 0, -1)}};
+    std::array<PointPath, 2> turning{PointPath{keel.ends[0], Vec3(-1, 0, -1)}, PointPath{keel.ends[1], Vec3(1, 0, -1)}};
     CHECK(crossing(turning, keel, roof, 1.6, 0));
 }
 
@@ -195,8 +196,8 @@ TEST_CASE("feature crossing: lines that stay apart leave out no edges that cross
         // The other edge lies some tenths below or above the first, which moves and turns by as much.
         const std::array<Vec3, 2> resting{vector(1), vector(1)};
         const Vec3 middle = (resting[0] + resting[1]) / 2 + vector(0.3), along = vector(1), by = vector(0.2);
-        const std::array<Way, 2> ends{Way{middle - along, middle - along + by + vector(0.1)},
-                                      Way{middle + along, middle + along + by + vector(0.1)}};
+        const std::array<PointPath, 2> ends{PointPath{middle - along, middle - along + by + vector(0.1)},
+                                            PointPath{middle + along, middle + along + by + vector(0.1)}};
         const EdgePlace moving{{ends[0].from, ends[1].from}, {Vec3::Zero(), Vec3::Zero()}},
             other{resting, {vector(1), vector(1)}};
         const double least = 0.1 * std::abs(any(random));
@@ -256,10 +257,10 @@ TEST_CASE("feature crossing: rows from crossings alone keep parts apart and rend
     for (int motion = 0; motion < 4; ++motion) {
         // The device goes somewhere inside the obstacle, in small steps, and stays there.
         const Pose from = tool.q, to{0.8 * randomVector(), expRotation(0.4 * randomVector())};
-        const Vec6 way = incrementBetween(from, to);
+        const Vec6 path = incrementBetween(from, to);
         double moved = 0;
         for (int tick = 1; tick <= 240; ++tick) {
-            const Pose device = touchstone::moved(from, std::min(1.0, tick / 80.0) * way);
+            const Pose device = touchstone::moved(from, std::min(1.0, tick / 80.0) * path);
             moved = tool.step(device, 0.25);
             touched += tool.loads > 0;
             if (tick % 8 == 0) CHECK(judge.clearance(tool.q, 1) > 0);
