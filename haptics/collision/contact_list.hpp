@@ -81,7 +81,7 @@ class ContactList {
     }
 
     /// The pairs with gap <= margin before a step that the step may cross or that may touch at its end.
-    virtual Coverage crossing(const StraightMotion& step, double margin) const = 0;
+    virtual Coverage coverageOf(const StraightMotion& step, double margin) const = 0;
 
     /// Appends a row (n, r x n), gap for every pair with gap <= margin, ordered by identity. n points from the
     /// obstacle to the tool, r from C to the contact, both on world axes. Returns false and leaves `rows` unchanged if
@@ -96,7 +96,7 @@ class ContactList {
     /// those that are crossed furthest, and none only if none is crossed. Pairs of leaves that have a row in `rows` are
     /// left out. The row of a pair of features is that of this step, so the one in `rows` is replaced; `before` is
     /// where the step begins for them, which differs from X_OT if the obstacle has moved. Pre: as for the other
-    /// queries, or the list is complete for the crossing() of the step `by`.
+    /// queries, or the list is complete for coverageOf() of the step `by`.
     virtual Crossed appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin,
                                   const Crossing& by, RowSet& rows, RowSet& crossed) = 0;
     /// The overlaps of the listed pairs after a move.
@@ -105,7 +105,7 @@ class ContactList {
         double depth = 0;     ///< greatest overlap after the move, mm, of the pairs up to that one
     };
     /// Measures the listed pairs after a move until one is deeper: its gap is below min(its gap before, -tolerance),
-    /// or the move brings two features too near. Pre: the list is complete for the crossing() of the move, with the
+    /// or the move brings two features too near. Pre: the list is complete for coverageOf() of the move, with the
     /// move's length as margin.
     virtual Overlap remeasure(const Pose& before, const Pose& after, double tolerance) = 0;
 

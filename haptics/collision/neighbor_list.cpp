@@ -22,7 +22,7 @@ constexpr double kFloatError = 2e-6;
 constexpr double kCrossed = 1e-10;
 /// Rounding error of a gap in double, mm: a gap that decreases by less has not changed, and poses that differ by less
 /// are the same.
-constexpr double kRounding = 1e-12;
+constexpr double kSameGap = 1e-12;
 
 double meanRadius(const SphereTree& tree) {
     const auto& r = tree.levels.front().r;
@@ -43,7 +43,7 @@ NeighborList::NeighborList(const SphereTree& tool, const SphereTree& obstacle, i
 /// Along a straight path of length l the distance d of two centers lies above its linearization by less than l²/2d, and
 /// d is at least the sum of the radii until the leaves touch. A gap that stays above l²/(2 sum of radii) therefore has
 /// a plane beyond the end of the path. A rotating leaf ends beside its straight path by the bend of its arc.
-Coverage NeighborList::crossing(const StraightMotion& step, double margin) const {
+Coverage NeighborList::coverageOf(const StraightMotion& step, double margin) const {
     const double length = extent().length(step), bend = extent().reach * step.turn.squaredNorm() / 2;
     const Within onPath{bend + 2 * kCrossed, length * length / 2, std::max(margin, 2 * kCrossed)};
     if (length <= kLongStep * margin && onPath.at(meanRadii_) < kUsefulFraction * margin) return {step, onPath};
@@ -132,13 +132,13 @@ void NeighborList::appendRow(const Pose& X_OT, const Mat3& R_WO, double margin, 
 
 bool NeighborList::hasCandidatesFor(const Coverage& asked) const {
     return candidateCoverage_.motion.X_OT == asked.motion.X_OT &&
-           finder_->reserve(candidateCoverage_, asked) >= -kRounding;
+           finder_->reserve(candidateCoverage_, asked) >= -kSameGap;
 }
 
 /// Collects the rows that a step may cross in candidates_. Returns false if they do not fit.
 bool NeighborList::collectCandidates(const StraightMotion& step, double margin) {
     const Pose& X_OT = step.X_OT;
-    Coverage asked = crossing(step, margin);
+    Coverage asked = coverageOf(step, margin);
     if (asked.within.margin >= margin || !isComplete(asked)) asked = {X_OT, margin};
     // Pairs beyond the margin need no candidates: the margin is the step's length, beyond which it crosses nothing, or
     // the settings' margin.
@@ -252,13 +252,13 @@ NeighborList::Overlap NeighborList::remeasure(const Pose& before, const Pose& af
         for (; mask; mask &= mask - 1) {
             const int i = std::countr_zero(mask);
             overlap.depth = std::max(overlap.depth, -now.gap[i]);
-            overlap.deeper = overlap.deeper || now.gap[i] < std::min(then.gap[i] - kRounding, -tolerance);
+            overlap.deeper = overlap.deeper || now.gap[i] < std::min(then.gap[i] - kSameGap, -tolerance);
         }
         return !overlap.deeper;
     };
     const StraightMotion step = StraightMotion::between(before, after, extent().center);
     const double length = extent().length(step);
-    const bool known = hasCandidatesFor({before, length}) || hasCandidatesFor(crossing(step, length));
+    const bool known = hasCandidatesFor({before, length}) || hasCandidatesFor(coverageOf(step, length));
     if (!known || candidates_.leastDistance() < length) {
         forEachHit(narrow_, after, 0, measure);
         return overlap;

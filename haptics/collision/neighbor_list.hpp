@@ -15,7 +15,7 @@ class NeighborList final : public ContactList {
         : NeighborList(tool, obstacle, obstacleIndex, tool.center()) {}
 
     /// The pairs are far fewer than those within the margin if the leaves are large compared with the step.
-    Coverage crossing(const StraightMotion& step, double margin) const override;
+    Coverage coverageOf(const StraightMotion& step, double margin) const override;
     bool appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows,
                     int maxRows = std::numeric_limits<int>::max()) const override;
     int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const override;

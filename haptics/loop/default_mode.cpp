@@ -413,7 +413,7 @@ bool DefaultTick::completeLists(const Vec6& x) {
     for (int k = 0; k < int(state_.lists.size()); ++k) {
         ContactList& list = *state_.lists[k];
         const double margin = state_.lengthOf(x);
-        const Coverage asked = list.crossing(motion(k, x), margin);
+        const Coverage asked = list.coverageOf(motion(k, x), margin);
         Coverage all{state_.inObstacle(k, state_.graphic), margin + list.distance()};
         all.within.turn = asked.within.turn;
         if (k != state_.pushing && list.isComplete(all)) continue;

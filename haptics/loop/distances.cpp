@@ -9,7 +9,7 @@
 namespace touchstone {
 namespace {
 
-Pose placeOf(const World& world, std::span<const Pose> X_WO, std::size_t obstacle) {
+Pose obstaclePose(const World& world, std::span<const Pose> X_WO, std::size_t obstacle) {
     return obstacle < X_WO.size() ? X_WO[obstacle] : world.obstacles[obstacle].X_WO;
 }
 
@@ -25,7 +25,7 @@ double startDepth(const World& world, std::size_t obstacle, const Pose& X_WO, co
 bool startsInside(const World& world, const Pose& X_WT, std::span<const Pose> X_WO, const Settings& settings) {
     for (std::size_t k = 0; k < world.obstacles.size(); ++k) {
         if (!world.byMeshes(k, geometryOf(settings))) continue;
-        const Pose X = placeOf(world, X_WO, k);
+        const Pose X = obstaclePose(world, X_WO, k);
         if (overlapsDeeper(*world.tool.surface, *world.obstacles[k].part.surface, X.inverse() * X_WT,
                            startDepth(world, k, X, X_WT, settings.contactDistance)))
             return true;
@@ -37,7 +37,7 @@ double trueClearance(const World& world, const Pose& X_WT, double atMost, std::s
                      Geometry geometry) {
     double least = atMost;
     for (std::size_t k = 0; k < world.obstacles.size(); ++k) {
-        const Pose X_OT = placeOf(world, X_WO, k).inverse() * X_WT;
+        const Pose X_OT = obstaclePose(world, X_WO, k).inverse() * X_WT;
         const Obstacle& obstacle = world.obstacles[k];
         if (!world.byMeshes(k, geometry)) {
             least = leastGap(*world.tool.spheres, *obstacle.part.spheres, X_OT, least);
@@ -64,7 +64,7 @@ double PenetrationMeter::depth(const Pose& X_WT, std::span<const Pose> X_WO, Geo
     const bool deep = depth_ > kDeep;
     depth_ = 0;
     for (std::size_t k = 0; k < world_->obstacles.size(); ++k) {
-        const Pose X_OT = placeOf(*world_, X_WO, k).inverse() * X_WT;
+        const Pose X_OT = obstaclePose(*world_, X_WO, k).inverse() * X_WT;
         if (world_->byMeshes(k, geometry)) {
             const Surface &ours = *world_->tool.surface, &other = *world_->obstacles[k].part.surface;
             if (overlap(ours, other, X_OT)) depth_ = std::max(depth_, overlapDepth(ours, other, X_OT));

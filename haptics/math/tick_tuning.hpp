@@ -228,8 +228,9 @@ struct LookAhead {
 /// the tail.
 inline constexpr LookAhead kFeatureLookAhead{
     .narrow = 0.3, .ticks = 4, .most = 0.8, .wholeTicks = true, .sparse = 128, .dense = 2000, .crowded = 1 << 14};
-/// The pairs of a step are bounded by their radii (crossing()) if that bound, for mean radii, is below this fraction of
-/// the margin. Otherwise all pairs within the margin are taken, since a test along the motion would save too little.
+/// The pairs of a step are bounded by their radii (NeighborList::coverageOf()) if that bound, for mean radii, is below
+/// this fraction of the margin. Otherwise all pairs within the margin are taken, since a test along the motion would
+/// save too little.
 inline constexpr double kUsefulFraction = 0.7;
 /// Steps longer than this multiple of the margin are not bounded by their radii: they differ so much from each other
 /// that a search along one does not serve the next.

@@ -13,9 +13,9 @@ namespace {
 // Lengths are in the metric of G (UnitRows). Relative ones are multiplied by 1 + |z| or 1 + |z| + cost.
 constexpr double kNoStep = 1e-12;    // relative: a shorter step counts as zero, so the working set's optimum is reached
 constexpr double kParallel = 1e-11;  // of the step: a row that is approached by less does not block the step
-constexpr double kRounding = 1e-14;  // relative: added to kParallel, so that rounding alone does not block a step
-constexpr double kPull = 1e-11;      // relative: a multiplier above minus this does not count as negative
-constexpr double kTouching = 1e-10;  // rows this near may be held from the start; answers are feasible to this
+constexpr double kStepNoise = 1e-14;  // relative: added to kParallel, so that rounding alone does not block a step
+constexpr double kPull = 1e-11;       // relative: a multiplier above minus this does not count as negative
+constexpr double kTouching = 1e-10;   // rows this near may be held from the start; answers are feasible to this
 constexpr double kFeasibleAfterTies = 1e-12;  // feasibility after a perturbation, when another vertex may be found
 constexpr double kIndependent2 = 1e-12;      // squared sine of a row's angle to the span of the held rows, at the start
 constexpr double kDependent2 = 1e-26;        // the same bound later: a smaller value is rounding
@@ -105,7 +105,7 @@ simd::Double8 ActiveSet::heldOptimum() {
 
 /// The fraction of the step that stays feasible, and the row that blocks the rest; the lowest row of several.
 ActiveSet::Block ActiveSet::firstBlock(const simd::Double8& step) const {
-    const double parallel = -kParallel * norm(step) - kRounding * (1 + norm(z_));
+    const double parallel = -kParallel * norm(step) - kStepNoise * (1 + norm(z_));
     simd::Double8 least = simd::splat(1.0), where = simd::splat(-1.0);
     for (int i = 0; i < rows_.size; i += 8) {
         simd::Double8 approach = simd::splat(slack_ * step[6]), gap = simd::load(&rows_.offset[i]) + slack_ * z_[6];

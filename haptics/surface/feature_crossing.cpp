@@ -51,7 +51,7 @@ bool linesStayApart(const std::array<PointPath, 2>& ends, const std::array<Vec3,
     return std::max(lowest, -highest) > near && last * last > least * least * (1 + 1e-9) * c1.squaredNorm();
 }
 
-EdgePlace placeOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& edge) {
+EdgePlace edgePlaceOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& edge) {
     const Vec3 &a = surface.points[edge.points[0]], &b = surface.points[edge.points[1]];
     const Vec3 along = (b - a).normalized();
     return {{a, b},

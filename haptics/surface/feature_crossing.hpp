@@ -19,7 +19,7 @@ struct EdgePlace {
     std::array<Vec3, 2> ends;
     std::array<Vec3, 2> wings;
 };
-EdgePlace placeOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& edge);
+EdgePlace edgePlaceOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& edge);
 
 /// A pair of features that a step brings nearer than allowed. Lengths in mm, in the frame of the resting feature.
 struct FeatureCrossing {

@@ -81,7 +81,7 @@ FeatureList::FeatureList(const Surface& tool, const Surface& obstacle, int obsta
     found_.reserve(kMostCrossed);
 }
 
-Coverage FeatureList::crossing(const StraightMotion& step, double) const {
+Coverage FeatureList::coverageOf(const StraightMotion& step, double) const {
     Within within = extent().reach * step.turn.squaredNorm() / 2 + distance_ + 2 * inside_ + 1e-6;
     // Those of any step of the tool, so that the next one needs no other pairs; an obstacle may turn as well.
     within.turn = std::max(step.turn.norm(), 1.05 * std::sqrt(distance_ / extent().reach)) + lean();
@@ -131,9 +131,10 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
                 if (lo > std::max(b0[k], b1[k]) + wide || hi < std::min(b0[k], b1[k]) - wide) return std::nullopt;
             }
             if (linesStayApart(ends, {b0, b1}, std::max(least, inside_))) return std::nullopt;
-            EdgePlace moving = placeOf(tool, edge);
+            EdgePlace moving = edgePlaceOf(tool, edge);
             for (Vec3& wing : moving.wings) wing = step.R0 * wing;
-            return touchstone::crossing(ends, moving, placeOf(obstacle, other), step.angle + lean(), least, inside_);
+            return touchstone::crossing(ends, moving, edgePlaceOf(obstacle, other), step.angle + lean(), least,
+                                        inside_);
         }
     }
 }
@@ -162,7 +163,7 @@ Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const M
     bool fits = true;
     const StraightMotion motion(before, trial.C.to - trial.C.from, trial.step.turn);
     pairs().forEachCrossing(
-        narrow_, crossing(motion, 0), before, trial.after, trial.step.least,
+        narrow_, coverageOf(motion, 0), before, trial.after, trial.step.least,
         [&](const PairEntry& entry) { return fits = test(entry, trial); }, inside_);
     return fits ? appendFound(R_WO, by, trial.step.least, rows, crossed) : Crossed::Overflow;
 }
@@ -216,7 +217,7 @@ ContactList::Overlap FeatureList::remeasure(const Pose& before, const Pose& afte
     const Vec3& center = extent().center;
     const StraightMotion motion(before, after * center - before * center, step.turn);
     pairs().forEachCrossing(
-        narrow_, crossing(motion, 0), before, after, kTooNear * distance_,
+        narrow_, coverageOf(motion, 0), before, after, kTooNear * distance_,
         [&](const PairEntry& entry) {
             overlap.deeper = deepens(entry, step);
             return !overlap.deeper;

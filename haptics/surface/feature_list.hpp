@@ -14,7 +14,7 @@ class FeatureList final : public ContactList {
   public:
     FeatureList(const Surface& tool, const Surface& obstacle, int obstacleIndex);
 
-    Coverage crossing(const StraightMotion& step, double margin) const override;
+    Coverage coverageOf(const StraightMotion& step, double margin) const override;
     bool appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows, int maxRows) const override;
     int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const override;
     Crossed appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin, const Crossing& by,

@@ -249,7 +249,7 @@ std::string text(const char* format, auto... values) {
 
 std::string mm(double value) { return text("%.*f mm", std::abs(value) < 0.1 ? 4 : 3, value); }
 
-std::string placeOf(const World& world, const FitRoom& room) {
+std::string describePlace(const World& world, const FitRoom& room) {
     return "beside \"" + engine::escaped(world.obstacles[room.obstacle].name) + "\", at " +
            text("(%.1f, %.1f, %.1f) mm", room.p_W.x(), room.p_W.y(), room.p_W.z());
 }
@@ -278,7 +278,7 @@ void judge(const FitQuestion& question, const Settings& settings, FitCheck& fit)
     if (room < 0 && fit.goal && fit.goal->clearance < 0) {
         fit.cause = insideClause(world, {fit.least->asPlaced, fit.least->p_W, k}, fit.free);
     } else if (room < 0) {
-        fit.cause = "the parts overlap by " + mm(-room) + " " + placeOf(world, *fit.least);
+        fit.cause = "the parts overlap by " + mm(-room) + " " + describePlace(world, *fit.least);
         if (fit.least->depth > 0)
             fit.cause += text(", %.1f mm before the goal", fit.least->depth) +
                          (question.goal->way.empty() ? "; check the place of the goal and its +y, the way out; parts "
@@ -286,7 +286,7 @@ void judge(const FitQuestion& question, const Settings& settings, FitCheck& fit)
                                                      : "");
     } else if (room == 0) {
         fit.cause = "no clearance: contacts are kept " + mm(fit.error) + " apart, and the parts touch " +
-                    placeOf(world, *fit.least);
+                    describePlace(world, *fit.least);
     } else if (fit.spheres) {
         fit.cause = "sphere trees reach out " + mm(fit.error) + " into a clearance of " + mm(room);
         if (world.hasMeshes(k)) fit.advice = {{"mode", "default"}, {"geometry", "mesh"}};

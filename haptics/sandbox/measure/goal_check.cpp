@@ -14,11 +14,11 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kDegree = kTurn / 360;
-constexpr double kZero = 1e-4, kRounding = 1e-6;  // mm, and share of the reach: parts that overlap by less touch
-constexpr double kMidAir = 0.2;                   // share of the reach: a tool farther from everything is in mid-air
-constexpr int kTurns = 360;                       // tried about the axis
-constexpr int kCoarseTurns = 60;                  // whose depth is measured if none of them is free
-constexpr int kBisections = 40;                   // of a turn or a raise: to the rounding of the poses
+constexpr double kZero = 1e-4, kZeroShare = 1e-6;  // mm, and share of the reach: parts that overlap by less touch
+constexpr double kMidAir = 0.2;                    // share of the reach: a tool farther from everything is in mid-air
+constexpr int kTurns = 360;                        // tried about the axis
+constexpr int kCoarseTurns = 60;                   // whose depth is measured if none of them is free
+constexpr int kBisections = 40;                    // of a turn or a raise: to the rounding of the poses
 constexpr double kFineRaise = 0.001, kFineEnd = 0.1, kCoarseRaise = 0.02;  // shares of the reach
 constexpr double kInHole = 0.9;    // share of the depth: a tool that is raised by more is out of the hole
 constexpr double kInFloor = 1.5;   // of the overlap: a tool that is raised by less comes out of a floor
@@ -73,7 +73,7 @@ std::optional<FreeTurn> nearestFreeTurn(Test&& free) {
 
 PartGap partGap(const World& world, const Pose& X_WT, double atMost, Overlaps overlaps) {
     PartGap found{.gap = atMost};
-    const double zero = std::max(kZero, kRounding * world.reach());
+    const double zero = std::max(kZero, kZeroShare * world.reach());
     for (std::size_t k = 0; k < world.obstacles.size(); ++k) {
         const Obstacle& obstacle = world.obstacles[k];
         const Pose X_OT = obstacle.X_WO.inverse() * X_WT;

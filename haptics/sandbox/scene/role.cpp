@@ -18,8 +18,8 @@ std::array<std::array<double, 4>, 4> matrixInFile(const FileFrame& file, const P
     const Pose motion = file.X_WF.inverse() * X_WT * file.X_TF;
     const Mat3 rotation = motion.R();
     // What rounding leaves of a zero: 1e-16 of a rotation, 1e-13 of lengths of a meter in mm.
-    constexpr double kRounding = 1e-12;
-    const auto clean = [](double value) { return std::abs(value) < kRounding ? 0.0 : value; };
+    constexpr double kTiny = 1e-12;
+    const auto clean = [](double value) { return std::abs(value) < kTiny ? 0.0 : value; };
     std::array<std::array<double, 4>, 4> rows{};
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) rows[std::size_t(i)][std::size_t(j)] = clean(rotation(i, j));

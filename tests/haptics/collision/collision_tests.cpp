@@ -297,7 +297,7 @@ TEST_CASE("neighbor list: the rows that an increment violates are those of brute
         RowSet given(1 << 15);
         for (int i = 0; i < near.size(); ++i) given.push(near.row(i), near.gap()[i], near.id(i));
         if (onWay) {
-            const Coverage asked = list.crossing({X, by.x.head<3>(), by.x.tail<3>()}, 4);
+            const Coverage asked = list.coverageOf({X, by.x.head<3>(), by.x.tail<3>()}, 4);
             REQUIRE(asked.within.margin < 0.1);
             list.forget();
             REQUIRE(list.complete(asked, 0.1));
@@ -344,7 +344,7 @@ TEST_CASE("neighbor list: points have rows like spheres, also for a step of zero
     const SphereTree point = makeSphereTree({{0, 0, 0, 0}});
     NeighborList list(point, point, 0);
     const Pose X{Vec3(1, 0, 0), Quat::Identity()};
-    REQUIRE(list.crossing(X, 2).within.margin < 1e-9);
+    REQUIRE(list.coverageOf(X, 2).within.margin < 1e-9);
     REQUIRE(list.complete({X, 2}, 0.5));
     for (const double way : {0.0, -0.5, -1.5}) {
         RowSet none(8), crossed(8);

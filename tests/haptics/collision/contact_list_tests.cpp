@@ -37,7 +37,7 @@ class Pairs final : public ContactList {
   public:
     Pairs(Searches& searches, const LookAhead& lookAhead)
         : ContactList(std::make_unique<CountingFinder>(searches), lookAhead) {}
-    Coverage crossing(const StraightMotion& step, double margin) const override { return {step, margin}; }
+    Coverage coverageOf(const StraightMotion& step, double margin) const override { return {step, margin}; }
     bool appendRows(const Pose&, const Mat3&, double, RowSet&, int) const override { return true; }
     int appendNearestRows(const Pose&, const Mat3&, double, RowSet&) const override { return 0; }
     Crossed appendCrossed(const Pose&, const Pose&, const Mat3&, double, const Crossing&, RowSet&, RowSet&) override {

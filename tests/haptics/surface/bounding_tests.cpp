@@ -99,7 +99,7 @@ Tally approach(const TriangleMesh& part, int steps, unsigned seed, double size) 
         if (!judge.overlap(after)) continue;
         ++tally.entered;
         list.forget();
-        REQUIRE(list.complete(list.crossing(step, 0), 0.1));
+        REQUIRE(list.complete(list.coverageOf(step, 0), 0.1));
         const bool crosses = list.remeasure(before, after, 0).deeper, isFree = list.freeShare(step, 1) == 1;
         tally.through += !crosses || isFree;
     }

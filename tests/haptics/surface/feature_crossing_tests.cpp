@@ -108,11 +108,11 @@ class SlowTool {
         for (std::size_t i = 0; i < tool_.edges.size(); ++i) {
             const auto& edge = tool_.edges[i];
             const std::array<PointPath, 2> ends{path(edge.points[0]), path(edge.points[1])};
-            EdgePlace moving = placeOf(tool_, edge);
+            EdgePlace moving = edgePlaceOf(tool_, edge);
             for (Vec3& wing : moving.wings) wing = q.q * wing;
             const Box box = boxOf({ends[0], ends[1]});
             for (std::size_t k = 0; k < obstacle_.edges.size(); ++k) {
-                const EdgePlace resting = placeOf(obstacle_, obstacle_.edges[k]);
+                const EdgePlace resting = edgePlaceOf(obstacle_, obstacle_.edges[k]);
                 Box other;
                 for (const Vec3& p : resting.ends) other.add(p);
                 if (apart(box, other)) continue;

@@ -45,8 +45,8 @@ bool canTouch(const Surface& tool, const Surface& obstacle, const Pose& X_OT, co
     if (kindOf(pair.tool) == PairKind::FaceVertex)
         return stands(obstacle, obstacle.features.vertices[pair.obstacle],
                       X_OT.q * tool.features.faces[feature].normal);
-    const EdgePlace a = placeOf(tool.features, tool.features.edges[feature]),
-                    b = placeOf(obstacle.features, obstacle.features.edges[pair.obstacle]);
+    const EdgePlace a = edgePlaceOf(tool.features, tool.features.edges[feature]),
+                    b = edgePlaceOf(obstacle.features, obstacle.features.edges[pair.obstacle]);
     const Vec3 m = (X_OT.q * (a.ends[1] - a.ends[0])).cross(b.ends[1] - b.ends[0]);
     const auto rises = [&](const Vec3& up) {
         return (X_OT.q * a.wings[0]).dot(up) >= 0 && (X_OT.q * a.wings[1]).dot(up) >= 0 && b.wings[0].dot(up) <= 0 &&
@@ -282,12 +282,12 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
             return rowsIn(crossed);
         };
         fresh.forget();
-        REQUIRE(fresh.complete(fresh.crossing(step, 1), 0.1));
+        REQUIRE(fresh.complete(fresh.coverageOf(step, 1), 0.1));
         const double away = n % 3 ? 0.03 : 0.3;
         Pose other{X.p + 0.2 * random.vector(), (expRotation(away * random.vector()) * X.q).normalized()};
         aged.forget();
         REQUIRE(aged.complete({other, deviation(other, step, tool.extent) + 0.5}, 0.3));
-        REQUIRE(aged.complete(aged.crossing(step, 1), 0.3));
+        REQUIRE(aged.complete(aged.coverageOf(step, 1), 0.3));
         const Rows expected = rowsOf(fresh);
         CHECK(rowsOf(aged) == expected);
         for (const auto& [id, row] : expected) CHECK(fresh.hasFeatures(id));
