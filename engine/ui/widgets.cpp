@@ -15,6 +15,17 @@ void noteItem(ItemRects* rects, std::string_view name) {
     (*rects)[std::string(name)] = {low.x, low.y, high.x, high.y};
 }
 
+bool closeList() {
+    const ImGuiContext& context = *ImGui::GetCurrentContext();
+    if (context.OpenPopupStack.empty()) return false;
+    const ImGuiWindow* top = context.OpenPopupStack.back().Window;
+    const std::string_view name = top ? top->Name : "";
+    // ImGui's own names for them; those of dialogs differ.
+    if (!name.starts_with("##Combo_") && !name.starts_with("##Menu_")) return false;
+    ImGui::ClosePopupToLevel(context.OpenPopupStack.Size - 1, true);
+    return true;
+}
+
 bool drawSlider(const Slider& slider, double& value, ItemRects* rects, std::string_view name) {
     ImGui::PushID(slider.label);
     if (!std::string_view(slider.label).starts_with("##")) {

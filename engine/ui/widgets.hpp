@@ -32,6 +32,9 @@ bool drawSlider(const Slider& slider, double& value, ItemRects* rects, std::stri
 void drawTriple(const char* label, const char* unit, glm::dvec3& values, float speed, const char* help,
                 ItemRects* rects, std::string_view name);
 
+/// Closes the list or menu that is open on top of all else, and returns whether one was.
+bool closeList();
+
 /// Shows a wrapped tooltip while the last item is hovered.
 void tooltip(std::string_view text);
 

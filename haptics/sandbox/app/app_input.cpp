@@ -122,8 +122,9 @@ void App::handleKeys() {
         if (io.KeyShift && pressed(GLFW_KEY_C)) requests_.copyCommand = true;
         return;
     }
-    // In a dialog, Escape only closes the dialog.
-    if (pressed(GLFW_KEY_ESCAPE) && viewed_ && !ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup))
+    // In a list, a menu or a dialog, Escape only closes that.
+    if (pressed(GLFW_KEY_ESCAPE) && !engine::closeList() && viewed_ &&
+        !ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup))
         selection_.dragging() ? selection_.cancel(*viewed_) : selection_.select({});
     if (pressed(GLFW_KEY_R)) requests_.restart = true;
     if (pressed(GLFW_KEY_F)) (selection_.node() ? requests_.frameSelection : requests_.frameCamera) = true;

@@ -215,6 +215,7 @@ TEST_CASE("window: a key pressed and released within a slow frame acts, once, an
     options.select = 1;
     const auto helps = [](WindowFrame& frame) { return frame.items.count("close help") > 0; };
     const auto selects = [](WindowFrame& frame) { return bool(frame.selection.node()); };
+    const auto lists = [](WindowFrame& frame) { return frame.items.count("role goal") > 0; };
     User user;
     user.until([&](WindowFrame& frame) { return isRunning(frame) && selects(frame); });
     for (int twice = 0; twice < 2; ++twice)
@@ -227,6 +228,13 @@ TEST_CASE("window: a key pressed and released within a slow frame acts, once, an
         .doing([&](WindowFrame& frame) {
             CHECK_FALSE(helps(frame));
             CHECK(selects(frame));  // the key was the dialog's
+        })
+        .click("role")
+        .doing([&](WindowFrame& frame) { CHECK(lists(frame)); })
+        .tap(GLFW_KEY_ESCAPE)
+        .doing([&](WindowFrame& frame) {
+            CHECK_FALSE(lists(frame));
+            CHECK(selects(frame));  // the key was the list's
         })
         .tap(GLFW_KEY_ESCAPE)
         .doing([&](WindowFrame& frame) { CHECK_FALSE(selects(frame)); })
