@@ -335,6 +335,7 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     };
     Outputs outputs;
     window.onEnd = [&](sandbox::LiveSession& ended) {
+        if (reported) outputs.write(table ? kTicks : "report", [&] { live.finishTicks(); });
         if (!options.report.empty()) outputs.write("report", [&] { writeReport(live.finish(ended), options.report); });
         // A recording that stopped earlier on a failure is reported here too; its reason is also in the log.
         ended.recording().stop();

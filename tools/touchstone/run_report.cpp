@@ -1,5 +1,6 @@
 #include "tools/touchstone/run_report.hpp"
 
+#include <spdlog/spdlog.h>
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -133,27 +134,78 @@ void writeReport(const sandbox::Report& report, const std::filesystem::path& fil
     writeFile(file, "the report", toJson(report).dump(2) + "\n");
 }
 
+/// What the thread needs of a scene, which the window may change while it works.
+struct LiveReport::Start {
+    sandbox::ExpectedOutcome outcome;
+    std::optional<sandbox::Gauge> gauge;
+    std::shared_ptr<const World> world;
+};
+
+LiveReport::LiveReport(TickTable* table)
+    : table_(table), worker_([this](const std::stop_token& stop) { work(stop); }) {}
+
+LiveReport::~LiveReport() = default;
+
 void LiveReport::add(const TickRecord& record, const sandbox::LiveSession& session) {
     const auto& scene = session.scene();
     if (!scene || !scene->world || !session.snapshot()) return;
-    if (!judge_ || session.sceneNumber() != scene_ || record.tick <= last_) {
-        statistics_ = sandbox::RunStatistics(scene->roles.gauge);
-        judge_ = std::make_unique<sandbox::OutcomeJudge>(scene->outcome);
-        world_ = scene->world;
-        meter_.emplace(*world_);
-    }
+    const bool begins = !began_ || session.sceneNumber() != scene_ || record.tick <= last_;
+    began_ = true;
     scene_ = session.sceneNumber();
     last_ = record.tick;
     const LoopSnapshot& loop = *session.snapshot();
+    const Geometry geometry = geometryOf(loop.settings);
     // Default mode measures the penetration of spheres in every tick.
-    const bool measured = loop.settings.mode != Mode::Paper && geometryOf(loop.settings) == Geometry::Spheres;
+    const bool measured = loop.settings.mode != Mode::Paper && geometry == Geometry::Spheres;
+    std::shared_ptr<const Start> start;
+    if (begins) start = std::make_shared<const Start>(scene->outcome, scene->roles.gauge, scene->world);
+    std::unique_lock lock(mutex_);
+    // Ten minutes of ticks, which take about a gigabyte. Beyond that the window waits.
+    constexpr std::size_t kMostWaiting = 600'000;
+    changed_.wait(lock, [&] { return waiting_.size() < kMostWaiting; });
+    waiting_.push_back({record, std::move(start), loop.X_WO, geometry, loop.settings.rate, measured});
+    changed_.notify_all();
+}
+
+void LiveReport::work(const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    while (changed_.wait(lock, stop, [&] { return !waiting_.empty(); }) && !stop.stop_requested()) {
+        const Tick& tick = waiting_.front();  // stays where it is while others are added behind it
+        lock.unlock();
+        std::exception_ptr failure;
+        try {
+            measure(tick);
+        } catch (...) {
+            failure = std::current_exception();
+        }
+        lock.lock();
+        if (!failure_) failure_ = failure;
+        waiting_.pop_front();
+        changed_.notify_all();
+    }
+}
+
+void LiveReport::measure(const Tick& tick) {
+    if (tick.start) {
+        statistics_ = sandbox::RunStatistics(tick.start->gauge);
+        judge_ = std::make_unique<sandbox::OutcomeJudge>(tick.start->outcome);
+        world_ = tick.start->world;
+        meter_.emplace(*world_);
+    }
     const double penetration =
-        measured ? record.penetration : meter_->depth(record.X_WT, loop.X_WO, geometryOf(loop.settings));
-    const double rate = loop.settings.rate;
-    statistics_.add(record, penetration, 1000 / rate);
-    statistics_.addTimes(record);
-    judge_->add(record, penetration, 1000 / rate);
-    if (table_) table_->add(record, penetration, rate);
+        tick.measured ? tick.record.penetration : meter_->depth(tick.record.X_WT, tick.X_WO, tick.geometry);
+    statistics_.add(tick.record, penetration, 1000 / tick.rate);
+    statistics_.addTimes(tick.record);
+    judge_->add(tick.record, penetration, 1000 / tick.rate);
+    if (table_) table_->add(tick.record, penetration, tick.rate);
+}
+
+void LiveReport::finishTicks() {
+    std::unique_lock lock(mutex_);
+    constexpr std::size_t kFew = 2000;  // are measured within a few seconds
+    if (waiting_.size() > kFew) spdlog::info("measuring the penetration of the last {} ticks", waiting_.size());
+    changed_.wait(lock, [&] { return waiting_.empty(); });
+    if (failure_) std::rethrow_exception(failure_);
 }
 
 void LiveReport::addFrame(const sandbox::FrameCost& cost) {
