@@ -117,7 +117,8 @@ TEST_CASE("program: the command line overrides the scene, --set overrides all, a
     CHECK(settings.at("trust") == "0.3");
     CHECK(settings.at("rate") == "1000");
     // Every setting is an option of its own.
-    settings = settingsOf("--margin 0.6 --stiffness 2 --adaptive_margin off");
+    settings = settingsOf("--margin 0.6 --stiffness 2 --adaptive_margin off --iteration-cap 7");
+    CHECK(settings.at("iteration_cap") == "7");
     CHECK(settings.at("margin") == "0.6");
     CHECK(settings.at("stiffness") == "2");
     CHECK(settings.at("adaptive_margin") == "off");

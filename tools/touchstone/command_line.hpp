@@ -1,6 +1,7 @@
 #pragma once
 // What the commands share when they add their options to the command line.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -49,7 +50,7 @@ inline void addUiScale(CLI::App& command, std::optional<float>& scale) {
 }
 
 /// --set KEY=VALUE, any number of times, and --KEY VALUE, which the help does not list, for every setting that has no
-/// option of its own yet.
+/// option of its own yet. The words of KEY may also be joined by dashes, like those of other options.
 inline void addSet(CLI::App& command, std::vector<std::string>& set, const char* help) {
     command.add_option("--set", set, help)->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     std::vector<std::string> keys;
@@ -57,10 +58,13 @@ inline void addSet(CLI::App& command, std::vector<std::string>& set, const char*
     for (const EarlierKey& key : earlierSettingKeys()) keys.emplace_back(key.earlier);
     for (const std::string& key : keys) {
         if (command.get_option_no_throw("--" + key)) continue;
+        std::string names = "--" + key, dashed = names;
+        std::replace(dashed.begin(), dashed.end(), '_', '-');
+        if (dashed != names && !command.get_option_no_throw(dashed)) names += "," + dashed;
         // CLI11 goes through the options in their order, so those of --set are there by then; they come last and win.
         command
             .add_option_function<std::string>(
-                "--" + key, [&set, key](const std::string& value) { set.insert(set.begin(), key + "=" + value); }, "")
+                names, [&set, key](const std::string& value) { set.insert(set.begin(), key + "=" + value); }, "")
             ->group("");
     }
 }
