@@ -200,7 +200,9 @@ void drawHistogram(const char* label, const RingView& samples, Stretch stretch, 
         const auto& [name, value] = options.levels[i];
         if (!(value > 0)) continue;
         const float x = canvas.x(across.fraction(value));
-        canvas.list.AddLine({x, canvas.topLeft.y}, {x, canvas.bottomRight.y}, kWarning, shape.unit);
+        // Below the names, which stand in the same order: a line would cross the name of another level near by.
+        canvas.list.AddLine({x, canvas.topLeft.y + named * shape.height}, {x, canvas.bottomRight.y}, kWarning,
+                            shape.unit);
         canvas.list.AddText({left[i], canvas.topLeft.y}, kWarning, name);
     }
     const float at = (ImGui::GetIO().MousePos.x - canvas.topLeft.x) / shape.width;

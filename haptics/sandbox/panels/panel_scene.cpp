@@ -30,19 +30,27 @@ ImVec4 roleColor(Role role) {
     return ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
 }
 
-/// Draws the quality of a part's sphere tree and its defects; the tooltip shows the full certificate.
+/// Moves to where `text` fits: beside the name, so that the list has room for more parts, or below it.
+void startDetail(const std::string& text) {
+    ImGui::SameLine();
+    if (ImGui::GetContentRegionAvail().x >= ImGui::CalcTextSize(text.c_str()).x) return;
+    ImGui::NewLine();
+    ImGui::SetCursorPosX(ImGui::GetCursorPosX() + ImGui::GetFontSize());
+}
+
+/// Draws the size of a part's sphere tree and its defects; the tooltip shows the full certificate.
 void drawTree(const SphereTree& tree, const std::string& part, engine::ItemRects* items) {
     const TreeCertificate& certificate = tree.certificate;
+    const std::string text = std::to_string(tree.leafCount()) + " leaves";
     ImGui::PushStyleColor(
         ImGuiCol_Text, needsAttention(certificate) ? kAttentionColor : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
-    ImGui::Indent(ImGui::GetFontSize());
+    startDetail(text);
     ImGui::BeginGroup();
-    ImGui::TextWrapped("%d leaves, protrusion %.2g mm", tree.leafCount(), certificate.protrusion);
+    ImGui::TextUnformatted(text.c_str());
     if (!certificate.covered) ImGui::TextUnformatted("coverage not proven");
     if (!certificate.closed) ImGui::TextUnformatted("open surface");
     if (certificate.hollow >= 0) ImGui::Text("hollow for balls up to %.2g mm", certificate.hollow);
     ImGui::EndGroup();
-    ImGui::Unindent(ImGui::GetFontSize());
     ImGui::PopStyleColor();
     engine::noteItem(items, "tree " + part);
     engine::tooltip(part + ": " + words(tree) + (certificate.note.empty() ? "." : ". " + certificate.note));
@@ -50,14 +58,8 @@ void drawTree(const SphereTree& tree, const std::string& part, engine::ItemRects
 
 /// Draws the size of the mesh by which a part is touched; the tooltip shows its features.
 void drawMesh(const Surface& surface, const std::string& part, engine::ItemRects* items) {
-    // Beside the name where it fits, so that the list has room for more parts.
     const std::string text = std::to_string(surface.features.faces.size()) + " faces";
-    ImGui::SameLine();
-    const bool fits = ImGui::GetContentRegionAvail().x >= ImGui::CalcTextSize(text.c_str()).x;
-    if (!fits) {
-        ImGui::NewLine();
-        ImGui::SetCursorPosX(ImGui::GetCursorPosX() + ImGui::GetFontSize());
-    }
+    startDetail(text);
     ImGui::TextDisabled("%s", text.c_str());
     engine::noteItem(items, "mesh " + part);
     engine::tooltip(part + " is touched by its mesh: " + meshWords(surface) + ".");
@@ -73,7 +75,8 @@ void drawTouched(const HapticScene& scene, Geometry geometry, engine::Entity nod
         drawTree(*tree, text, items);
 }
 
-void drawNode(HapticScene& whole, Geometry geometry, engine::Entity node, ScenePanelState& state,
+/// `flat`: no node has children, so that no room for their arrows is needed.
+void drawNode(HapticScene& whole, Geometry geometry, engine::Entity node, bool flat, ScenePanelState& state,
               engine::ItemRects* items) {
     engine::Scene& scene = whole.scene;
     engine::Registry& registry = scene.registry;
@@ -93,9 +96,18 @@ void drawNode(HapticScene& whole, Geometry geometry, engine::Entity node, SceneP
     if (children.empty()) flags |= ImGuiTreeNodeFlags_Leaf;
     if (state.selected == node) flags |= ImGuiTreeNodeFlags_Selected;
     const Role* role = registry.find<Role>(node);
-    const bool open = ImGui::TreeNodeEx("##node", flags, "%s", text.c_str());
+    const float left = ImGui::GetCursorPosX();
+    bool open = false;
+    if (flat)
+        ImGui::Selectable("##node", state.selected == node, ImGuiSelectableFlags_AllowItemOverlap);
+    else
+        open = ImGui::TreeNodeEx("##node", flags, "%s", text.c_str());
     engine::noteItem(items, "node " + text);
     if (ImGui::IsItemClicked()) state.selected = node;
+    if (flat) {
+        ImGui::SameLine(left);
+        ImGui::TextUnformatted(text.c_str());
+    }
     if (role) {
         ImGui::SameLine();
         ImGui::TextColored(roleColor(*role), "%s", name(*role));
@@ -104,7 +116,7 @@ void drawNode(HapticScene& whole, Geometry geometry, engine::Entity node, SceneP
     drawTouched(whole, geometry, node, text, items);
     if (open) ImGui::Indent();
     if (open) {
-        for (const engine::Entity child : children) drawNode(whole, geometry, child, state, items);
+        for (const engine::Entity child : children) drawNode(whole, geometry, child, flat, state, items);
         ImGui::TreePop();
     }
     ImGui::PopID();
@@ -175,7 +187,7 @@ void drawDisplay(const HapticScene& scene, bool spheres, DisplayOptions& display
                             .format = "%.2f mm"},
                            display.sectionOffset, items, "section offset");
     }
-    if (!spheres) return;
+    if (!display.trees()) return;
     drawLevel("Tool spheres", scene.world->tool.spheres.get(), display.toolLevel, items);
     drawLevel("Obstacle spheres", deepestObstacle(*scene.world), display.obstacleLevel, items);
 }
@@ -192,7 +204,10 @@ void drawScenePanel(HapticScene& scene, Geometry geometry, DisplayOptions& displ
     const bool spheres = display.trees() || !scene.world || touchedBySpheres(*scene.world, 0, geometry);
     const float least = 3 * ImGui::GetFrameHeightWithSpacing();
     ImGui::BeginChild("nodes", {0, std::max(ImGui::GetContentRegionAvail().y - state.below, least)}, true);
-    for (const engine::Entity root : scene.scene.roots) drawNode(scene, geometry, root, state, items);
+    const bool flat = std::ranges::all_of(scene.scene.roots, [&](engine::Entity root) {
+        return scene.scene.registry.get<engine::Hierarchy>(root).children.empty();
+    });
+    for (const engine::Entity root : scene.scene.roots) drawNode(scene, geometry, root, flat, state, items);
     ImGui::EndChild();
     const float top = ImGui::GetCursorPosY();
     ImGui::Separator();

@@ -216,6 +216,7 @@ TEST_CASE("scene panel: hides nodes, chooses levels and selects", "[panels]") {
 
     bench.click("visible cube", draw);
     CHECK_FALSE(scene.scene.registry.get<engine::Visibility>(scene.roles.tool).visible);
+    bench.click("Spheres", draw, 0.1f);
     bench.click("Tool spheres", draw, 0.99f);
     CHECK(display.toolLevel == 0);
     bench.click("Obstacle spheres", draw, 0.01f);
@@ -484,7 +485,7 @@ TEST_CASE("haptics panel: presets and the strength of the mouse's hand", "[panel
     CHECK(requests.copyCommand);
 }
 
-TEST_CASE("scene panel: shows the quality of a tree below its part, and the details on hover", "[panels]") {
+TEST_CASE("scene panel: shows the leaves of a tree beside its part, and the details on hover", "[panels]") {
     Bench bench;
     HapticScene scene = openWithTrees(holdScene());
     SphereTree flawed = *scene.world->obstacles[0].part.spheres;
@@ -500,7 +501,7 @@ TEST_CASE("scene panel: shows the quality of a tree below its part, and the deta
     bench.frame(draw);
     REQUIRE(bench.items.count("tree cube") == 1);
     REQUIRE(bench.items.count("tree slab") == 1);
-    CHECK(bench.items.at("tree cube").y >= bench.items.at("node cube").w);  // below its part
+    CHECK(bench.items.at("tree cube").y < bench.items.at("node cube").w);  // in the same line
     CHECK(bench.items.at("tree cube").w <= bench.items.at("node slab").y);
 
     // On hover a tooltip window with text appears; before, it draws nothing.
