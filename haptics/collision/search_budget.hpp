@@ -13,8 +13,7 @@ class SearchBudget {
   public:
     struct Limits {
         static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::max() / 4;
-        /// All searches of a tick, which ends with the linearization that exceeds it. Flights have the first half.
-        std::int64_t tick = kNone;
+        std::int64_t tick = kNone;    ///< all searches of a tick, which ends with the step that exceeds it
         std::int64_t flight = kNone;  ///< of one search whether a motion is free or anything is near
         std::int64_t list = kNone;    ///< of one search for the pairs of a list
     };
@@ -22,7 +21,7 @@ class SearchBudget {
     explicit SearchBudget(const Limits& limits) : limits_(limits) {}
 
     void beginTick() { *this = SearchBudget(limits_); }
-    void beginFlight() { begin(std::min(limits_.flight, limits_.tick / 2 - spent_)); }
+    void beginFlight() { begin(std::min(limits_.flight, limits_.tick - spent_)); }
     /// Begins a search further than a step needs: nothing is left for it in a tick in which a search ended without an
     /// answer.
     void beginLookAhead() { begin(shortened_ ? 0 : std::min(limits_.list, limits_.tick - spent_)); }

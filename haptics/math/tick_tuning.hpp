@@ -296,10 +296,11 @@ inline constexpr std::size_t kMostCrossed = 1 << 14;
 /// larger run they do not; with a smaller one the overhead of a run is spread over fewer pairs.
 inline constexpr int kFrontier = 4096;
 /// Tests (SearchBudget) of all searches of a tick, of one for a flight and of one for a list. A test takes some 20 ns.
-/// The bundled motions take up to 320,000 tests a tick, and 130,000 in one search; an M16 thread of 40,000 triangles
-/// takes 170,000 for a list. A jump beside a thread or a gear, where a motion of millimeters sweeps most of two meshes,
-/// would take ten million. With larger limits such ticks become longer; with smaller ones flights end earlier and take
-/// more ticks, and with a list below what a step of a micrometer needs a dense thread can neither be turned nor felt.
-inline constexpr int kTestsOfTick = 3 << 18, kTestsOfFlight = 1 << 17, kTestsOfList = 1 << 18;
+/// One list of a bundled scene takes up to 130,000, as does a flight over a bunny, and a list of a thread of 40,000
+/// triangles takes 170,000. A jump beside a thread or a gear, where a motion of millimeters sweeps most of two meshes,
+/// would take ten million. With more tests a tick such ticks become longer; with fewer the tool arrives later, and a
+/// flight that is found too long must leave some for a shorter one. With fewer for a list than a step of a micrometer
+/// needs, a dense thread can neither be turned nor felt.
+inline constexpr int kTestsOfTick = 3 << 16, kTestsOfFlight = 1 << 17, kTestsOfList = 1 << 18;
 
 }  // namespace touchstone

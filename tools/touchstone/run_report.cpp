@@ -82,6 +82,10 @@ void printReport(const sandbox::Report& report, bool verbose) {
     if (!report.gauge.empty())
         std::printf("  %s: %.3f mm maximum, %.3f mm at the end\n", report.gauge.c_str(), report.depth.deepest,
                     report.depth.last);
+    if (verbose)
+        std::printf("  %llu ticks left the tool short of its place; %llu took longer than their period\n",
+                    static_cast<unsigned long long>(report.unfinished),
+                    static_cast<unsigned long long>(report.tooLong));
     if (report.infeasible || report.rowsTruncated || report.safetyTrips)
         std::printf("  %llu ticks with infeasible rows, %lld rows truncated, %llu safety trips\n",
                     static_cast<unsigned long long>(report.infeasible), static_cast<long long>(report.rowsTruncated),

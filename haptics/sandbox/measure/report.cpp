@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "haptics/loop/setting_table.hpp"
 #include "haptics/math/hash.hpp"
@@ -95,6 +96,9 @@ ordered_json toJson(const Report& report) {
           {"dual_N", report.kkt.dual_N},
           {"stationarity_N", report.kkt.stationarity_N},
           {"complementarity_mJ", report.kkt.complementarity_mJ}}},
+        {"step_cpu_ms", report.stepCpuMs},
+        {"unfinished", report.unfinished},
+        {"longer_than_period", report.tooLong},
         {"infeasible", report.infeasible},
         {"by_processor", report.byProcessor},
         {"invalid_poses", report.badInput},
@@ -178,6 +182,7 @@ void RunStatistics::add(const TickRecord& record, double penetration, double dt)
     kkt_.dual_N = std::max(kkt_.dual_N, record.kkt.dual_N);
     kkt_.stationarity_N = std::max(kkt_.stationarity_N, record.kkt.stationarity_N);
     kkt_.complementarity_mJ = std::max(kkt_.complementarity_mJ, record.kkt.complementarity_mJ);
+    unfinished_ += (record.flags & kUnfinished) != 0;
     infeasible_ += (record.flags & kInfeasible) != 0;
     byProcessor_ += (record.flags & kByProcessor) != 0;
     badInput_ += (record.flags & kBadInput) != 0;
@@ -223,6 +228,10 @@ void RunStatistics::write(Report& report) const {
     report.forceChange = percentiles(forceChange_);
     report.shadowForceError = percentiles(shadowError_);
     report.kkt = kkt_;
+    report.stepCpuMs = 1e-3 * std::accumulate(stepUs_.begin(), stepUs_.end(), 0.0);
+    report.unfinished = unfinished_;
+    report.tooLong = std::uint64_t(
+        std::count_if(stepUs_.begin(), stepUs_.end(), [&](double us) { return us > 1e6 / report.rate; }));
     report.infeasible = infeasible_;
     report.byProcessor = byProcessor_;
     report.badInput = badInput_;

@@ -32,6 +32,9 @@ struct Report {
     Percentiles forceChange;                     ///< N/ms
     Percentiles shadowForceError;                ///< N, over feasible ticks of more than kContactForce
     KktResiduals kkt;
+    double stepCpuMs = 0;           ///< of all ticks together, processor time
+    std::uint64_t unfinished = 0;   ///< ticks that left the tool short of its place, for the next one to go on
+    std::uint64_t tooLong = 0;      ///< ticks whose step took longer than their period, in processor time
     std::uint64_t infeasible = 0;   ///< ticks
     std::uint64_t byProcessor = 0;  ///< ticks with kByProcessor
     /// Counts over ticks with friction; all 0 without.
@@ -95,7 +98,7 @@ class RunStatistics {
     std::int64_t truncated_ = 0;
     double force_ = 0, torque_ = 0, forceOut_ = 0;
     KktResiduals kkt_;
-    std::uint64_t infeasible_ = 0, byProcessor_ = 0, badInput_ = 0, overlapping_ = 0;
+    std::uint64_t unfinished_ = 0, infeasible_ = 0, byProcessor_ = 0, badInput_ = 0, overlapping_ = 0;
     Report::FrictionReport friction_;
     std::uint64_t hash_ = 0;
     Vec3 lastForce_ = Vec3::Zero();

@@ -33,7 +33,8 @@ TEST_CASE("report: has every key, and only the late ticks of a run without a clo
         record.shadowRows = 4;
         record.shadowForceError = 0.001 * i;
         record.shadowUs = 2;
-        record.totalUs = 12;
+        record.totalUs = i == 7 ? 1502 : 12;
+        if (i < 3) record.flags = kUnfinished;
         record.pairs = record.rows = 5;
         statistics.add(record, 0, 1);
         statistics.addTimes(record);
@@ -81,6 +82,9 @@ TEST_CASE("report: has every key, and only the late ticks of a run without a clo
     hasNullOrNan(json, "", absent);
     CHECK(absent == std::vector<std::string>{"/overruns"});
     CHECK(json.at("step_us").at("p50") == 10);  // without the shadow's 2
+    CHECK(json.at("step_cpu_ms") == Approx(1.59));
+    CHECK(json.at("unfinished") == 3);
+    CHECK(json.at("longer_than_period") == 1);
     CHECK(json.at("dforce_N_per_ms").at("max") == 1);
     CHECK(json.at("force_N").at("max") == 10);
     CHECK(json.at("force_out_N").at("max") == 9);
