@@ -10,7 +10,8 @@
 namespace touchstone {
 
 /// What the searches of a tick may do.
-inline constexpr SearchBudget::Limits kSearchLimits{.tick = kTestsOfTick, .list = kTestsOfList};
+inline constexpr SearchBudget::Limits kSearchLimits{
+    .tick = kTestsOfTick, .flight = kTestsOfFlight, .list = kTestsOfList};
 
 /// Minimum number of rows that the limits assume, since an iteration has a cost that does not depend on the rows. With
 /// a smaller number the iteration cap allows too many iterations for problems of few rows, and ticks end late; with a
