@@ -230,8 +230,8 @@ void RunStatistics::write(Report& report) const {
     report.kkt = kkt_;
     report.stepCpuMs = 1e-3 * std::accumulate(stepUs_.begin(), stepUs_.end(), 0.0);
     report.unfinished = unfinished_;
-    report.tooLong = std::uint64_t(
-        std::count_if(stepUs_.begin(), stepUs_.end(), [&](double us) { return us > 1e6 / report.rate; }));
+    report.tooLong =
+        std::uint64_t(std::count_if(stepUs_.begin(), stepUs_.end(), [&](double us) { return us > 1e6 / report.rate; }));
     report.infeasible = infeasible_;
     report.byProcessor = byProcessor_;
     report.badInput = badInput_;
