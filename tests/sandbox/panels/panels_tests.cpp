@@ -283,7 +283,8 @@ TEST_CASE("panels: between meshes they show trees and their options only of what
         bench.frame(drawn);
         return bench.items.count(item) == 1;
     };
-    for (const char* item : {"tree cube", "tree slab", "Tool spheres", "Spheres"}) CHECK(shows(item, draw) == open);
+    for (const char* item : {"tree cube", "tree slab", "Spheres"}) CHECK(shows(item, draw) == open);
+    CHECK_FALSE(shows("Tool spheres", draw));
     for (const char* item : {"mesh cube", "mesh slab"}) CHECK(shows(item, draw) == !open);
     CHECK(shows("By gap", draw));
     for (const char* item : {"tree by", "build tree", "tree words", "defects"}) CHECK(shows(item, inspect) == open);
@@ -300,9 +301,10 @@ TEST_CASE("panels: between meshes they show trees and their options only of what
     settings.mode = Mode::Penalty;  // touches spheres only
     CHECK(touchedBySpheres(scene, settings).empty());
 
-    // With spheres as the geometry, and where the user shows them, they are there.
+    // With spheres as the geometry they are there, and their levels where the user shows them.
     geometry = Geometry::Spheres;
-    for (const char* item : {"tree cube", "tree slab", "Tool spheres"}) CHECK(shows(item, draw));
+    for (const char* item : {"tree cube", "tree slab", "Spheres"}) CHECK(shows(item, draw));
+    CHECK_FALSE(shows("Tool spheres", draw));
     CHECK(shows("tree by", inspect));
     CHECK_FALSE(shows("defects", inspect));
     geometry = Geometry::Mesh;
