@@ -1,8 +1,8 @@
 #pragma once
 // Every tuning constant of the tick: its unit, what a larger or smaller value does, and its source. A value whose
-// comment names no source was measured on the bundled scenes and their hard motions. Lengths are in mm, angles in rad
-// and forces in N unless a comment says otherwise. Users choose settings instead (haptics/loop/settings.hpp). Bounds on
-// rounding stand beside the arithmetic that they bound, and the constants of a baseline in its file.
+// comment names no source was measured on the bundled scenes and their hard motions. Where a comment names no unit,
+// lengths are in mm, angles in rad and forces in N. Users choose settings instead (haptics/loop/settings.hpp). Bounds
+// on rounding stand beside the arithmetic that they bound, and the constants of a baseline in its file.
 #include <cstddef>
 #include <limits>
 
